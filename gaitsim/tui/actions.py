@@ -340,7 +340,7 @@ ACTIONS: dict[str, list[Action]] = {
     "files": [
         Action("copy", "p", "Copy path", "Copy the path of the file", "copy_path",
                words="clipboard", why=_EXPORTS),
-        Action("make", "e", "Export", "Export files from this run")],
+        Action("make", "e", "Export", "Export files from this run", "export")],
     "files table": [
         Action("open", "enter", "Open", "Open the file", "select_cursor", words="show view",
                why=_EXPORTS)],

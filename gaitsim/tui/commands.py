@@ -54,7 +54,7 @@ class Commands(Provider):
                 NAMED[binding.id or ""].synonyms,
             )
         if isinstance(screen, GaitScreen):
-            for title, about, do in (*screen.palette(), *screen.gaitsim.palette()):
+            for title, about, do in screen.palette():
                 yield PaletteEntry(title, about, do)
 
     def _unavailable(self, titles: set[str]) -> Iterator[PaletteEntry]:

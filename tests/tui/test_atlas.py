@@ -21,7 +21,7 @@ def evolve_one_generation(run):
 
 async def shown(driver, run):
     """Open the map of a run, with an elite beside it; pause the motion, which delays a pilot."""
-    driver.app.open_map(run)
+    driver.app.screen.show_screen("atlas.Map", run)
     screen = await driver.at("Map")
     await driver.until(lambda: screen.pane.elite is not None)
     screen.pane.canvas.playing = False
@@ -109,11 +109,11 @@ def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive,
         await driver.at("Map")
 
         # A run without an archive shows an error.
-        driver.app.open_map(run.with_name("plain"))
+        driver.app.screen.show_screen("atlas.Map", run.with_name("plain"))
         await driver.until(lambda: "keeps no archive" in driver.screen.map.placeholder())
         assert "map.best" not in driver.offered()
         await driver.press("escape", "escape")
-        driver.app.open_run(run)
+        driver.app.screen.show_screen("live.Live", run)
         await driver.at("Live")
         await driver.until(lambda: "live.map" in driver.offered())
 

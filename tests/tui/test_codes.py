@@ -12,7 +12,7 @@ def test_a_code_is_copied_from_the_replay(walk, drive):
     run = walk()
 
     async def test(driver):
-        driver.app.open_replay(run)
+        driver.app.screen.show_screen("replay.Replay", run)
         screen = await driver.at("Replay")
         await driver.until(lambda: screen.pane.shown is not None)
         await driver.press("C")
@@ -32,7 +32,7 @@ def test_a_damaged_code_is_reported_in_the_dialog(walk, drive):
     walk()
 
     async def test(driver):
-        driver.app.verify_code()
+        driver.app.screen.verify_code()
         await driver.at("AskCode")
         driver.screen.query_one("#code").text = "gaitsim1-AAAA"
         await driver.press("ctrl+s")
@@ -53,7 +53,7 @@ def test_a_pasted_code_is_verified(walk, drive):
         code = load(run).share()
         forged = replace(Challenge.read(code), score=99.0).code
         for pasted, verdict in ((f"{code[:30]}\n {code[30:]}", "identical"), (forged, "different")):
-            driver.app.verify_code()
+            driver.app.screen.verify_code()
             await driver.at("AskCode")
             driver.screen.query_one("#code").text = pasted
             await driver.press("ctrl+s")

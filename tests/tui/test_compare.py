@@ -171,7 +171,7 @@ def compare(runs, test, size=(80, 24)):
     async def go():
         app = GaitsimApp(Path("runs"))
         async with app.run_test(size=size) as pilot:
-            app.open_compare(list(runs))
+            app.screen.show_screen("compare.Compare", list(runs))
             await settled(pilot)
             await test(app.screen, pilot)
 
@@ -236,12 +236,9 @@ class TestScreen:
     def test_a_run_is_chosen_and_replayed_beside_the_other(self, two):
         async def test(screen, pilot):
             asked = []
-            pilot.app.open_replay = lambda run, generation=None, beside=None: asked.append(
-                (run, beside)
-            )
-            pilot.app.open_run = asked.append
+            screen.show_screen = lambda *what, beside=None: asked.append((*what, beside))
             await pilot.press("right", "r", "enter")
-            assert asked == [(two[1], two[0]), two[1]]
+            assert asked == [("replay.Replay", two[1], two[0]), ("live.Live", two[1], None)]
 
         compare(two, test)
 
@@ -291,7 +288,7 @@ class TestScreen:
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])
 def test_looks(size, two, snap_compare):
     async def show(pilot):
-        pilot.app.open_compare(two)
+        pilot.app.screen.show_screen("compare.Compare", two)
         await settled(pilot)
         assert isinstance(pilot.app.screen, Compare)
 

@@ -34,10 +34,10 @@ def visit(drive, runs):
             await driver.until(lambda: driver.screen is screen)
 
         for open_screen, pressed in (
-            (lambda: app.open_run(victim, resume=True), "recfg"),
-            (lambda: app.open_replay(victim), "be"),
-            (lambda: app.open_replay(other, None, victim), "b"),
-            (lambda: app.open_compare([other, victim]), "x"),
+            (lambda: app.screen.show_screen("live.Live", victim, resume=True), "recfg"),
+            (lambda: app.screen.show_screen("replay.Replay", victim), "be"),
+            (lambda: app.screen.show_screen("replay.Replay", other, None, victim), "b"),
+            (lambda: app.screen.show_screen("compare.Compare", [other, victim]), "x"),
         ):
             open_screen()
             await driver.until(lambda: driver.screen is not home)

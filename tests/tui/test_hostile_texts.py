@@ -8,7 +8,7 @@ from rich.segment import Segment
 from textual.color import Color
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.plain import PlainText
+from gaitsim.tui.terminal_output import ControlCharacterFilter
 
 
 @pytest.fixture
@@ -50,9 +50,9 @@ def test_hostile_texts_on_other_screens(hostile_run, drive):
     async def test(ui):
         home = ui.screen
         for open_it in (
-            lambda: ui.app.open_replay(hostile_run),
-            lambda: ui.app.open_compare([hostile_run, hostile_run]),
-            lambda: ui.app.open_new(str(hostile_run / "experiment.toml")),
+            lambda: ui.app.screen.show_screen("replay.Replay", hostile_run),
+            lambda: ui.app.screen.show_screen("compare.Compare", [hostile_run, hostile_run]),
+            lambda: ui.app.screen.show_screen("new.New", str(hostile_run / "experiment.toml")),
         ):
             open_it()
             await ui.until(lambda: ui.screen is not home)
@@ -80,6 +80,6 @@ def test_hostile_texts_on_other_screens(hostile_run, drive):
 
 def test_removing_control_characters_keeps_the_width():
     line = [Segment("a\x1b[1mb\u202e\udc80"), Segment("é"), Segment("\x9b\x07")]
-    drawn = PlainText().apply(line, Color(0, 0, 0))
+    drawn = ControlCharacterFilter().apply(line, Color(0, 0, 0))
     assert [segment.text for segment in drawn] == ["a[1mb\ufffd", "é", ""]
     assert [segment.cell_length for segment in drawn] == [one.cell_length for one in line]

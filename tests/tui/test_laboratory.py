@@ -104,7 +104,7 @@ def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
 @pytest.mark.slow
 def test_joint_damage_is_checked_against_the_body(atlas, drive):
     async def test(driver):
-        driver.app.open_laboratory(atlas)
+        driver.app.screen.show_screen("laboratory.Laboratory", atlas)
         screen = await driver.at("Laboratory")
         await driver.until(lambda: screen.plan.plan is not None and not screen.is_busy("walk"))
         await driver.press("d")
@@ -133,7 +133,7 @@ def test_damage_needs_a_body_with_legs_but_not_an_atlas(walk, drive):
     path = walk()
 
     async def test(driver):
-        driver.app.open_laboratory(path)
+        driver.app.screen.show_screen("laboratory.Laboratory", path)
         screen = await driver.at("Laboratory")
         await driver.until(lambda: not screen.is_busy("read"))
         assert "cannot be damaged" in screen.intact.canvas.placeholder()

@@ -20,7 +20,7 @@ def fill(here, drive, puppet_file):
 
     def fill(test, *, begin=str(puppet_file), **options):
         async def go(driver):
-            driver.app.open_new(begin)
+            driver.app.screen.show_screen("new.New", begin)
             screen = await driver.at("New")
             await driver.until(lambda: screen.validation or "✗" in status(screen) or wrong(screen))
             await test(driver, screen)
@@ -220,12 +220,16 @@ class TestDrafts:
             await driver.press("escape")
             await driver.at("Home")
             await driver.until(lambda: "Kept as a draft: 2 changes" in driver.notifications())
-            driver.app.open_new("spider")  # another preset leaves the draft alone
+            driver.app.screen.show_screen(
+                "new.New", "spider"
+            )  # another preset leaves the draft alone
             await driver.until(lambda: getattr(driver.screen, "validation", None))
             assert not driver.screen.builder.changes
             await driver.press("escape")
             await driver.at("Home")
-            driver.app.open_new()
+            driver.app.screen.show_screen(
+                "new.New",
+            )
             await driver.until(lambda: getattr(driver.screen, "validation", None))
             again = driver.screen
             assert again.builder.preset.reference == reference
@@ -392,13 +396,13 @@ class TestStartingAndSaving:
     @pytest.mark.slow
     def test_run_pressed_during_loading_starts_after_it(self, here, drive, puppet_file):
         async def test(driver):
-            driver.app.open_new(str(puppet_file))
+            driver.app.screen.show_screen("new.New", str(puppet_file))
             await driver.at("New")
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             assert live.run == Path("runs/puppet")
             await stop_run(driver, live)
-            driver.app.open_new("./nowhere.toml")
+            driver.app.screen.show_screen("new.New", "./nowhere.toml")
             screen = await driver.at("New")
             await driver.press("ctrl+r")
             await driver.until(lambda: "cannot read" in status(screen))

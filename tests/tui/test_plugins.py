@@ -31,7 +31,9 @@ async def go(driver, key):
 def look(here, drive):
     def look(test, **options):
         async def run(driver):
-            driver.app.open_plugins()
+            driver.app.screen.show_screen(
+                "plugins.Plugins",
+            )
             screen = await driver.at("Plugins")
             await driver.until(lambda: screen.catalogue is not None)
             await test(driver)

@@ -135,7 +135,7 @@ def replay(run, test, *, generation=None, beside=None, size=(80, 24), playing=Fa
     async def go():
         app = GaitsimApp(Path("runs"))
         async with app.run_test(size=size) as pilot:
-            app.open_replay(run, generation, beside)
+            app.screen.show_screen("replay.Replay", run, generation, beside)
             await pilot.pause()
             if not playing:  # motion delays a pilot
                 app.screen.action_pause()
@@ -497,7 +497,7 @@ def test_looks(size, walk, snap_compare):
     run = walk()
 
     async def show(pilot):
-        pilot.app.open_replay(run)
+        pilot.app.screen.show_screen("replay.Replay", run)
         await pilot.pause()
         pilot.app.screen.action_pause()
         await settled(pilot)
@@ -515,7 +515,7 @@ def test_looks_of_two(walk, snap_compare):
     one, other = walk(), walk("other run", "seed=9")
 
     async def show(pilot):
-        pilot.app.open_replay(one, 1, other)
+        pilot.app.screen.show_screen("replay.Replay", one, 1, other)
         await pilot.pause()
         pilot.app.screen.action_pause()
         await settled(pilot)

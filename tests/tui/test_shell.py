@@ -18,9 +18,9 @@ import gaitsim.tui
 from gaitsim.tui.actions import ACTIONS, NAMED, bindings
 from gaitsim.tui.commands import NOT_NOW, Commands, escape_markup
 from gaitsim.tui.config import read_config
-from gaitsim.tui.jump import targets
 from gaitsim.tui.keys import find_problems
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.help import targets
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.themes import THEMES

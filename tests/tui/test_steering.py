@@ -100,7 +100,7 @@ def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monk
         await driver.until(lambda: screen.drive is not None)
         assert screen.command_line() == "gaitsim steer"
         await driver.press("escape")
-        driver.app.open_replay(run, 2)
+        driver.app.screen.show_screen("replay.Replay", run, 2)
         await driver.at("Replay")
         await driver.until(commands)
         assert {"Steer: stay", "Steer: rise", "Steer: sink"} <= {*commands()}

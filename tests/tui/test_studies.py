@@ -98,7 +98,7 @@ def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):
     runs = [walk("one"), walk("two", 3, "seed=2")]
 
     async def test(driver):
-        driver.app.open_compare(runs)
+        driver.app.screen.show_screen("compare.Compare", runs)
         screen = await driver.at("Compare")
         await driver.until(lambda: "compare.statistics" in driver.offered())
         await screen.run_action("statistics")
@@ -153,7 +153,7 @@ class TestVerify:
             assert driver.text("#verify-command") == "$ gaitsim verify runs/walk --all"
             assert "different" in driver.notifications()
             driver.app.pop_screen()
-            driver.app.open_run(run)
+            driver.app.screen.show_screen("live.Live", run)
             live = await driver.at("Live")
             await driver.until(lambda: live.run_to_verify == run)
             assert "screen.verify" in driver.offered()

@@ -20,6 +20,7 @@ from gaitsim.exporting import FORMATS
 from gaitsim.registry import options
 from gaitsim.tui.opener import open_file, open_or_copy
 from gaitsim.tui.products import PRODUCTS, unavailable_products
+from gaitsim.tui.screens.base import RunChoice
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task, Tasks
 from gaitsim.tui.widgets.form import Field
@@ -290,7 +291,7 @@ class TestExports:
 
         async def test(driver):
             assert "app.tasks" not in driver.offered()
-            driver.app.open_export(path, 2)
+            driver.screen.ask_export(RunChoice(path, 2))
             dialog = await driver.at("ExportDialog")
             await driver.until(lambda: dialog.query(Field))
             dialog.query_one("#export-form Select").value = "csv"
@@ -363,7 +364,7 @@ class TestExports:
         (path / "exports" / "linked.csv").symlink_to("/etc/passwd")
 
         async def test(driver):
-            driver.app.open_export(path)
+            driver.screen.ask_export(RunChoice(path))
             await driver.at("ExportDialog")
             await driver.pilot.click("#show-files")
             screen = await driver.at("Files")
@@ -385,7 +386,7 @@ class TestExports:
         path = walk()
 
         async def test(driver):
-            driver.app.open_export(path)
+            driver.screen.ask_export(RunChoice(path))
             dialog = await driver.at("ExportDialog")
             menu = dialog.query_one("#products")
             at = next(n for n, one in enumerate(PRODUCTS) if one.title == "Footfalls")
@@ -400,7 +401,7 @@ class TestExports:
             assert not driver.app.tasks.all
             await driver.pilot.click("#products", offset=(4, 6))
             await driver.until(lambda: len(driver.app.tasks.all) == 1)
-            driver.app.open_export(path)
+            driver.screen.ask_export(RunChoice(path))
             dialog = await driver.at("ExportDialog")
             dialog.query_one("#products").highlighted = menu.option_count - 1
             await driver.until(lambda: "runs" in [one.option.key for one in dialog.query(Field)])

@@ -27,11 +27,11 @@ def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive):
             assert text in texts
         assert screen.command_line() == f"gaitsim analyse {run}"
         await driver.press("escape")
-        driver.app.open_why(run, 2)
+        driver.app.screen.show_screen("why.Why", run, 2)
         await driver.until(lambda: "generation 2" in displayed_texts(driver.screen))
         assert driver.screen.command_line() == f"gaitsim analyse {run} --generation 2"
         await driver.press("escape")
-        driver.app.open_why(run, 9)
+        driver.app.screen.show_screen("why.Why", run, 9)
         await driver.until(lambda: "has no generation 9" in displayed_texts(driver.screen))
         assert isinstance(driver.screen, Why)
 
@@ -45,11 +45,11 @@ def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
         list(search)
 
     async def test(driver):
-        driver.app.open_why(puppets)
+        driver.app.screen.show_screen("why.Why", puppets)
         await driver.until(lambda: "Gait: none" in displayed_texts(driver.screen))
         assert not driver.screen.check_action("physics", ())
         await driver.press("escape")
-        driver.app.open_why(here / "runs/eight")
+        driver.app.screen.show_screen("why.Why", here / "runs/eight")
         await driver.until(lambda: driver.screen.check_action("physics", ()))
         await driver.press("p")
         await driver.until(lambda: "The forward distance is" in displayed_texts(driver.screen))
@@ -66,11 +66,11 @@ def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
         list(run)
 
     async def test(driver):
-        driver.app.open_why(puppets)
+        driver.app.screen.show_screen("why.Why", puppets)
         await driver.until(lambda: "Gait: none" in displayed_texts(driver.screen))
         assert not driver.screen.check_action("worlds", ())
         await driver.press("escape")
-        driver.app.open_why(here / "runs/two")
+        driver.app.screen.show_screen("why.Why", here / "runs/two")
         await driver.until(lambda: driver.screen.check_action("worlds", ()))
         await driver.press("w")
         await driver.until(lambda: "In 12 unseen worlds" in displayed_texts(driver.screen))

@@ -13,12 +13,12 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Member
+from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.atlas_source import Atlas, AtlasReader
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.screens.elite_pane import ElitePane
 from gaitsim.tui.screens.numbering import parse_number
 from gaitsim.tui.screens.questions import Ask
@@ -39,7 +39,7 @@ class Map(GaitScreen):
 
     Args:
         run: folder of the run.
-        member: member initially under the cursor; None is the best.
+        which: member initially under the cursor; the best if it is not a member.
 
     Attributes:
         map: heat map with the cursor.
@@ -73,14 +73,14 @@ dots are cells without a gait.
     # Determines the available keys; a change updates the footer, which is slow.
     offers: reactive[tuple[bool, int]] = reactive((False, 0), init=False, bindings=True)
 
-    def __init__(self, run: Path, member: Member | None = None) -> None:
+    def __init__(self, run: Path, which: Which = None) -> None:
         super().__init__()
         self.run = run
         self.map = ArchiveMap("reading the run …")
         self.pane = ElitePane()
         self._reader = AtlasReader(run)
         self._atlas: Atlas | None = None
-        self._initial = member
+        self._initial = which if isinstance(which, Member) else None
         self._pair: tuple[str, ...] = ()
         self._requested: int | None = None  # the member to simulate
         self._member = Lines(id="map-member")
@@ -223,18 +223,6 @@ dots are cells without a gait.
         if answer is not None:
             self.map.go_to(check(answer))
 
-    def action_replay(self) -> None:
-        self.gaitsim.open_replay(self.run, self._which)
-
-    def action_why(self) -> None:
-        self.gaitsim.open_why(self.run, self._which)
-
-    def action_export(self) -> None:
-        self.gaitsim.open_export(self.run, self._which)
-
-    def action_laboratory(self) -> None:
-        self.gaitsim.open_laboratory(self.run, self._which)
-
     def action_play(self) -> None:
         canvas = self.pane.canvas
         canvas.playing = not canvas.playing
@@ -243,8 +231,9 @@ dots are cells without a gait.
         self.pane.canvas.action_next_view()
 
     @property
-    def _which(self) -> Member | None:
-        return Member(self.map.member) if self.map.member is not None else None
+    def choice(self) -> RunChoice:
+        member = self.map.member
+        return RunChoice(self.run, None if member is None else Member(member))
 
     def command_line(self) -> str:
         axes = ("--axes", *self._pair) if len(self._pair) == 2 else ()

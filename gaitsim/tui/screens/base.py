@@ -2,22 +2,22 @@
 
 import asyncio
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
+from textual import work
 from textual.binding import Binding
 from textual.events import Key
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.actions import bindings
-from gaitsim.tui.lean import Mirror
-from gaitsim.tui.tasks import Task, Tasks
+from gaitsim.tui.shell import Shell
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Member, Which
-    from gaitsim.steering import Drive
-    from gaitsim.tui.builder import ExperimentBuilder
+    from gaitsim.individual import Which
 
 T = TypeVar("T")
 
@@ -39,50 +39,20 @@ class Listed(Protocol):
     def problem(self) -> GaitsimError | None: ...
 
 
-class Navigator(Protocol):
-    """The app's interface for its screens, so that they need not import the app.
+class RunChoice(NamedTuple):
+    """What a screen's actions on a run apply to.
 
     Attributes:
-        folder: folder that holds the runs.
-        clock: function that returns the time in seconds since 1970.
-        tasks: commands in the background.
-        mirror: content of the terminal, and the number of bytes sent to it.
-        drafts: unsaved new runs by preset, the latest last.
+        run: folder of the run.
+        which: individual; None is the champion.
+        damage: damage of its body, in the syntax of `--damage`.
+        others: folders of runs to compare with.
     """
 
-    folder: Path
-    clock: Callable[[], float]
-    tasks: Tasks
-    mirror: Mirror
-    drafts: "dict[str, ExperimentBuilder]"
-
-    def open_run(self, run: Path, *, resume: bool = False) -> None: ...
-    def open_new(self, experiment: str | None = None) -> None: ...
-    def open_replay(
-        self,
-        run: Path,
-        which: "Which" = None,
-        beside: Path | None = None,
-        damage: Sequence[str] = (),
-    ) -> None: ...
-    def open_laboratory(self, run: Path, which: "Which" = None) -> None: ...
-    def open_map(self, run: Path, member: "Member | None" = None) -> None: ...
-    def open_why(self, run: Path, which: "Which" = None) -> None: ...
-    def open_steering(self, load: "Callable[[], Drive]", line: str) -> None: ...
-    def open_compare(self, runs: list[Path]) -> None: ...
-    def open_plugins(self) -> None: ...
-    def open_export(
-        self,
-        run: Path,
-        which: "Which" = None,
-        others: Sequence[Path] = (),
-        damage: Sequence[str] = (),
-    ) -> object: ...
-    def open_files(self, run: Path) -> None: ...
-    def start_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task: ...
-    def leave(self, screen: Screen[None]) -> object: ...
-    def show_error(self, error: GaitsimError) -> None: ...
-    def palette(self) -> Iterable[PaletteCommand]: ...
+    run: Path
+    which: "Which" = None
+    damage: Sequence[str] = ()
+    others: Sequence[Path] = ()
 
 
 class GaitScreen(Screen[None]):
@@ -99,13 +69,18 @@ class GaitScreen(Screen[None]):
     BINDINGS = bindings("screen")
 
     @property
-    def gaitsim(self) -> Navigator:
+    def gaitsim(self) -> Shell:
         """The app."""
-        return cast(Navigator, self.app)
+        return cast(Shell, self.app)
 
     def command_line(self) -> str:
         """Return the equivalent command line, or '' if there is none."""
         return ""
+
+    @property
+    def choice(self) -> RunChoice | None:
+        """The run on the screen, and its individual."""
+        return None
 
     @property
     def run_to_verify(self) -> Path | None:
@@ -113,8 +88,18 @@ class GaitScreen(Screen[None]):
         return None
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """Return the available commands that have no key."""
-        return ()
+        """Yield the available commands that have no key."""
+        app = self.gaitsim
+        for name in sorted(app.available_themes):
+            if name != app.theme and not name.startswith("ansi"):
+                do = partial(app.choose_theme, name)
+                yield PaletteCommand(
+                    f"Theme: {name}", "Switch to this theme and save the choice", do
+                )
+        yield PaletteCommand(
+            "Verify a code", "Check the score of a pasted challenge code", self.verify_code
+        )
+        yield PaletteCommand("Screenshot", "Save this screen as SVG", app.deliver_screenshot)
 
     async def may_leave(self) -> bool:
         """Return whether the screen may be closed, after asking or saving where necessary.
@@ -135,31 +120,83 @@ class GaitScreen(Screen[None]):
         ours = (worker for worker in self.workers if worker.node is self)
         return any(worker.group == group and worker.is_running for worker in ours)
 
+    def show_screen(self, name: str, *arguments: object, **options: object) -> None:
+        """Show another screen, such as 'replay.Replay', made with the arguments."""
+        self.app.push_screen(_screen(name, *arguments, **options))
+
     def open_listed(self, run: Listed | None) -> None:
         """Open a listed run, or report why it cannot be read."""
-        if run is None:
+        if run is None or not self.is_active:  # a double click arrives twice
             return
         if run.problem is not None:
             self.gaitsim.show_error(run.problem)
         else:
-            self.gaitsim.open_run(run.path)
+            self.show_screen("live.Live", run.path)
+
+    def action_replay(self) -> None:
+        """Replay the individual."""
+        if self.choice is not None:
+            run, which, damage, _ = self.choice
+            self.show_screen("replay.Replay", run, which, damage=damage)
+
+    def action_why(self) -> None:
+        """Explain the score of the individual."""
+        if self.choice is not None:
+            self.show_screen("why.Why", self.choice.run, self.choice.which)
+
+    def action_laboratory(self) -> None:
+        """Damage the body of the run, and adapt its gait."""
+        if self.choice is not None:
+            self.show_screen("laboratory.Laboratory", self.choice.run, self.choice.which)
+
+    def action_map(self) -> None:
+        """Show the archive of the run as a map, with the cursor on the member."""
+        if self.choice is not None:
+            self.show_screen("atlas.Map", self.choice.run, self.choice.which)
+
+    def action_files(self) -> None:
+        """Show the files exported from the run."""
+        if self.choice is not None:
+            self.show_screen("files.Files", self.choice.run)
+
+    def action_export(self) -> None:
+        if self.choice is not None:
+            self.ask_export(self.choice)
+
+    @work
+    async def ask_export(self, choice: RunChoice) -> None:
+        """Ask what to export from a run, for the individual, with other runs to compare."""
+        run, which, damage, others = choice
+        dialog = _screen("export_dialog.ExportDialog", run, which, others, damage)
+        answer = await self.app.push_screen_wait(dialog)
+        if answer == "files":
+            self.show_screen("files.Files", run)
+        elif answer:
+            self.gaitsim.start_task(answer)
 
     def action_studies(self) -> None:
         """Show studies and comparisons."""
-        from gaitsim.tui.screens.studies import Studies
-
-        self.app.push_screen(Studies())
+        self.show_screen("studies.Studies")
 
     def action_verify(self) -> None:
         """Reproduce generations of the run and compare every bit."""
-        from gaitsim.tui.screens.verify import Verify
-
         if self.run_to_verify is not None:
-            self.app.push_screen(Verify(self.run_to_verify))
+            self.show_screen("verify.Verify", self.run_to_verify)
+
+    @work
+    async def verify_code(self) -> None:
+        """Ask for a challenge code, and verify it."""
+        code = await self.app.push_screen_wait(_screen("codes.AskCode"))
+        if code:
+            self.show_screen("verify.Verify", code)
 
     def action_back(self) -> None:
         """Return to the previous screen."""
-        self.gaitsim.leave(self)
+        self.app.run_worker(self._leave(), group="leaving", exclusive=True)
+
+    async def _leave(self) -> None:
+        if self.is_current and len(self.app.screen_stack) > 1 and await self.may_leave():
+            self.dismiss()
 
     def obstacle(self, action: str) -> str:
         """Return why an action is unavailable and how to enable it; '' if it is available.
@@ -190,3 +227,16 @@ class GaitScreen(Screen[None]):
         if self.is_mounted and self.obstacle(action):
             return False
         return super().check_action(action, parameters)
+
+
+def _screen(name: str, *arguments: object, **options: object) -> Screen[Any]:
+    """Return a new screen, such as 'replay.Replay'.
+
+    Its module is imported now: the first paint does not wait for it, and screens that lead to each
+    other do not import each other.
+    """
+    module, _, kind = name.partition(".")
+    made: Screen[Any] = getattr(import_module(f"gaitsim.tui.screens.{module}"), kind)(
+        *arguments, **options
+    )
+    return made

@@ -207,7 +207,8 @@ Curves of several runs in one plot, updated while runs evolve.
         run = self._chosen
         if run is not None:
             others = [one.path for one in self._runs if one is not run]
-            self.gaitsim.open_replay(run.path, beside=others[0] if len(others) == 1 else None)
+            beside = others[0] if len(others) == 1 else None
+            self.show_screen("replay.Replay", run.path, beside=beside)
 
     @work(group="ask")
     async def action_statistics(self) -> None:

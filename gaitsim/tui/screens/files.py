@@ -12,7 +12,7 @@ from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.opener import copy_paths
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.tasks import TaskChanged
 from gaitsim.tui.widgets.file_table import FileTable
 from gaitsim.tui.widgets.footer import Footer
@@ -82,6 +82,10 @@ one, such as over SSH, its path is copied; in a browser, the file is downloaded.
     def _chosen(self) -> Path | None:
         return self.query_one(FileTable).chosen
 
+    @property
+    def choice(self) -> RunChoice:
+        return RunChoice(self.run)
+
     def command_line(self) -> str:
         return shlex.join(["ls", "-lt", str(self.run / EXPORTS)])
 
@@ -89,9 +93,6 @@ one, such as over SSH, its path is copied; in a browser, the file is downloaded.
         chosen = self._chosen()
         if chosen is not None:
             copy_paths(self.app, [chosen])
-
-    def action_make(self) -> None:
-        self.gaitsim.open_export(self.run)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "copy_path":

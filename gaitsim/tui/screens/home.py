@@ -4,6 +4,7 @@ import asyncio
 import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from threading import Lock
 from typing import TYPE_CHECKING
@@ -254,15 +255,16 @@ other terminals.
             yield PaletteCommand(
                 f"New run: {name}",
                 f"Create a run from the preset {name}",
-                lambda name=name: self.gaitsim.open_new(name),  # type: ignore[misc]
+                partial(self.show_screen, "new.New", name),
             )
         yield PaletteCommand("Steer", "Fly a body yourself with the arrow keys", self._steer)
+        yield from super().palette()
 
     def _steer(self) -> None:
         from gaitsim.runs.files.folder import command
         from gaitsim.steering import default_drive
 
-        self.gaitsim.open_steering(default_drive, command("steer"))
+        self.show_screen("steering.Steering", default_drive, command("steer"))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "back":

@@ -19,6 +19,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.damage_choice import damage_texts
+from gaitsim.tui.screens.base import RunChoice
 from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
 from gaitsim.tui.screens.laboratory_loading import read_subject, simulate_walk
 from gaitsim.tui.screens.laboratory_pane import WalkPane
@@ -265,15 +266,9 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     # Available actions
 
-    def action_replay(self) -> None:
-        self.gaitsim.open_replay(
-            self.run, self.shown or self.which, damage=damage_texts(self.damage)
-        )
-
-    def action_export(self) -> None:
-        self.gaitsim.open_export(
-            self.run, self.shown or self.which, damage=damage_texts(self.damage)
-        )
+    @property
+    def choice(self) -> RunChoice:
+        return RunChoice(self.run, self.shown or self.which, damage_texts(self.damage))
 
     def command_line(self) -> str:
         options = damage_options(damage_texts(self.damage))

@@ -19,7 +19,7 @@ from gaitsim.runs.creation import fork_run
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.tui.actions import bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import describe_run, keeps_archive, with_failure
@@ -86,6 +86,10 @@ with `gaitsim attach`.
         yield Header()
         yield self.board
         yield Footer()
+
+    @property
+    def choice(self) -> RunChoice:
+        return RunChoice(self.run)
 
     @property
     def run_to_verify(self) -> Path | None:
@@ -247,22 +251,7 @@ with `gaitsim attach`.
             self.board.show_problem(error)
         else:
             self.notify(f"{copy}: a copy of {self.run}", title="Forked", markup=False)
-            self.gaitsim.open_run(copy, resume=True)
-
-    def action_replay(self) -> None:
-        self.gaitsim.open_replay(self.run)
-
-    def action_map(self) -> None:
-        self.gaitsim.open_map(self.run)
-
-    def action_why(self) -> None:
-        self.gaitsim.open_why(self.run)
-
-    def action_export(self) -> None:
-        self.gaitsim.open_export(self.run)
-
-    def action_laboratory(self) -> None:
-        self.gaitsim.open_laboratory(self.run)
+            self.show_screen("live.Live", copy, resume=True)
 
     def action_log(self) -> None:
         self.toggle_class("-log")

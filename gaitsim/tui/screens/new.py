@@ -249,8 +249,9 @@ restores; Ctrl-Z undoes all changes.
             experiment = found.experiment
             if offered_commands(experiment):
                 load = partial(create_drive, experiment, {})
-                steer = partial(self.gaitsim.open_steering, load, "")
+                steer = partial(self.show_screen, "steering.Steering", load, "")
                 yield PaletteCommand("Steer", "Fly this body yourself with the arrow keys", steer)
+        yield from super().palette()
 
     async def may_leave(self) -> bool:
         """Keep unsaved changes as a draft."""
@@ -287,7 +288,7 @@ restores; Ctrl-Z undoes all changes.
         else:
             self.gaitsim.drafts.pop(found.builder.preset.reference, None)
             self.dismiss()
-            self.gaitsim.open_run(path, resume=True)
+            self.show_screen("live.Live", path, resume=True)
 
     @work(group="files", exclusive=True)
     async def action_save(self) -> None:

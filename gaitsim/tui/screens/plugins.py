@@ -181,7 +181,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
     def action_new(self) -> None:
         experiment = self._experiment()
         if experiment is not None:
-            self.gaitsim.open_new(experiment)
+            self.show_screen("new.New", experiment)
 
     def _experiment(self) -> str | None:
         """Return the preset to start from for the highlighted entry."""

@@ -14,7 +14,7 @@ from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.steering import create_drive, offered_commands
 from gaitsim.tui.actions import bindings
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
 from gaitsim.tui.screens.numbering import (
     describe,
     kind_of,
@@ -266,18 +266,11 @@ The best individual of any generation, or a member of a front or archive, in mot
         self.panes.append(pane)
         await self.query_one("#panes").mount(pane)
 
-    def action_why(self) -> None:
-        pane = self.pane
-        self.gaitsim.open_why(pane.run, pane.which)
-
-    def action_map(self) -> None:
-        pane = self.pane
-        self.gaitsim.open_map(pane.run, pane.which if isinstance(pane.which, Member) else None)
-
-    def action_export(self) -> None:
+    @property
+    def choice(self) -> RunChoice:
         pane = self.pane
         others = {one.run for one in self.panes if one.run != pane.run}
-        self.gaitsim.open_export(pane.run, pane.which, tuple(others), pane.damage)
+        return RunChoice(pane.run, pane.which, pane.damage, tuple(others))
 
     def action_browser(self) -> None:
         """Write a page of the bodies shown and open it in a browser."""
@@ -300,25 +293,23 @@ The best individual of any generation, or a member of a front or archive, in mot
         if self.pane.shown is not None:
             await show_code(self, self.pane.shown.individual)
 
-    def action_laboratory(self) -> None:
-        pane = self.pane
-        self.gaitsim.open_laboratory(pane.run, pane.which)
-
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield a command for each controller that the individual shown can replace."""
         pane = self.pane
-        if pane.shown is None:
-            return
-        which, experiment = pane.shown.which, pane.shown.individual.experiment
-        reference = f"{pane.run}{'#' if isinstance(which, Member) else '@'}{number_of(which)}"
-        for one in offered_commands(experiment):
-            do = partial(
-                self.gaitsim.open_steering,
-                partial(create_drive, experiment, {one.name: reference}),
-                command("steer", pane.run / EXPERIMENT, "--controller", f"{one.name}={reference}"),
-            )
-            about = f"Fly the body yourself; this individual's network takes over to {one.help}"
-            yield PaletteCommand(f"Steer: {one.name}", about, do)
+        if pane.shown is not None:
+            which, experiment = pane.shown.which, pane.shown.individual.experiment
+            number = f"{'#' if isinstance(which, Member) else '@'}{number_of(which)}"
+            for one in offered_commands(experiment):
+                given = {one.name: f"{pane.run}{number}"}
+                line = command(
+                    *("steer", pane.run / EXPERIMENT, "--controller"),
+                    f"{one.name}={given[one.name]}",
+                )
+                load = partial(create_drive, experiment, given)
+                do = partial(self.show_screen, "steering.Steering", load, line)
+                about = f"Fly the body yourself; this individual's network takes over to {one.help}"
+                yield PaletteCommand(f"Steer: {one.name}", about, do)
+        yield from super().palette()
 
     def command_line(self) -> str:
         pane = self.pane

@@ -10,7 +10,7 @@ from textual.widgets import DataTable
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.actions import bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
 
 if TYPE_CHECKING:
     from gaitsim.runs.overview import Overview
@@ -47,6 +47,12 @@ class RunActions(GaitScreen):
         run = self.current()
         return self.marked() or ([run] if run is not None else [])
 
+    @property
+    def choice(self) -> RunChoice | None:
+        run = self.current()
+        others = [one.path for one in self.marked() if one is not run]
+        return None if run is None else RunChoice(run.path, others=others)
+
     def obstacle(self, action: str) -> str:
         run, chosen = self.current(), self._chosen()
         needs_run = (
@@ -77,46 +83,21 @@ class RunActions(GaitScreen):
         self.open_listed(self.current())
 
     def action_new(self) -> None:
-        self.gaitsim.open_new()
+        self.show_screen("new.New")
 
     def action_plugins(self) -> None:
-        self.gaitsim.open_plugins()
+        self.show_screen("plugins.Plugins")
 
     def action_replay(self) -> None:
-        run, marked = self.current(), self.marked()
+        """Replay the champion, or those of two marked runs side by side."""
+        marked = self.marked()
         if len(marked) == 2:
-            self.gaitsim.open_replay(marked[0].path, beside=marked[1].path)
-        elif run is not None:
-            self.gaitsim.open_replay(run.path)
+            self.show_screen("replay.Replay", marked[0].path, beside=marked[1].path)
+        else:
+            super().action_replay()
 
     def action_compare(self) -> None:
-        self.gaitsim.open_compare([run.path for run in self.marked()])
-
-    def action_export(self) -> None:
-        run = self.current()
-        if run is not None:
-            others = [one.path for one in self.marked() if one.path != run.path]
-            self.gaitsim.open_export(run.path, others=others)
-
-    def action_why(self) -> None:
-        run = self.current()
-        if run is not None:
-            self.gaitsim.open_why(run.path)
-
-    def action_laboratory(self) -> None:
-        run = self.current()
-        if run is not None:
-            self.gaitsim.open_laboratory(run.path)
-
-    def action_map(self) -> None:
-        run = self.current()
-        if run is not None:
-            self.gaitsim.open_map(run.path)
-
-    def action_files(self) -> None:
-        run = self.current()
-        if run is not None:
-            self.gaitsim.open_files(run.path)
+        self.show_screen("compare.Compare", [run.path for run in self.marked()])
 
     @work(group="ask")
     async def action_delete(self) -> None:

@@ -143,7 +143,7 @@ with several files opens their list.
             return
         folder = task.files[0].parent
         if len(task.files) > 1 and folder.name == EXPORTS:
-            self.gaitsim.open_files(folder.parent)
+            self.show_screen("files.Files", folder.parent)
         else:
             await open_or_copy(self.app, task.files[0], trusted=True)
 

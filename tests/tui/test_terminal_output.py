@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.cells import cell_len
 
-from gaitsim.tui.lean import Mirror
+from gaitsim.tui.terminal_output import TerminalMirror
 
 COLUMNS, ROWS = 12, 4
 
@@ -86,7 +86,7 @@ def written(update):
 
 @given(st.lists(updates, min_size=1, max_size=5), st.integers(0, 5))
 def test_the_terminal_shows_the_same(updates, resized):
-    mirror, full, reduced = Mirror(), Terminal(), Terminal()
+    mirror, full, reduced = TerminalMirror(), Terminal(), Terminal()
     for number, update in enumerate(updates):
         if number == resized:
             mirror.forget()
@@ -99,7 +99,7 @@ def test_the_terminal_shows_the_same(updates, resized):
 
 
 def test_only_differences_are_sent():
-    mirror = Mirror()
+    mirror = TerminalMirror()
     plain, red = "\x1b[38;2;9;9;9m", "\x1b[38;2;200;0;0m"
     mirror.reduce(f"\x1b[3;1H{plain}generation 99  \x1b[0m{red}●\x1b[0m\x1b[1;1H")
     sent = mirror.reduce(f"\x1b[3;1H{plain}generation 100 \x1b[0m{red}●\x1b[0m\x1b[1;1H")
@@ -108,7 +108,7 @@ def test_only_differences_are_sent():
 
 
 def test_everything_is_sent_after_an_unknown_sequence():
-    mirror, update = Mirror(), "\x1b[1;1Hwalk\x1b[2;1H"
+    mirror, update = TerminalMirror(), "\x1b[1;1Hwalk\x1b[2;1H"
     mirror.reduce(update)
     assert mirror.reduce("\x1b[?2026h") == "\x1b[?2026h"
     assert mirror.reduce(update) == ""

@@ -1,0 +1,179 @@
+"""The app without its screens: what all screens share."""
+
+import asyncio
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from textual import work
+from textual.dom import DOMNode
+from textual.driver import Driver
+from textual.events import Key
+from textual.filter import LineFilter
+from textual.screen import Screen
+from textual.widgets import Input
+
+from gaitsim.errors import GaitsimError
+from gaitsim.tui.config import Config, format_problem, remember_theme
+from gaitsim.tui.tasks import Task, TaskChanged, Tasks
+from gaitsim.tui.terminal_output import (
+    ControlCharacterFilter,
+    TerminalMirror,
+    mirroring_driver,
+)
+from gaitsim.tui.themes import DEFAULT, THEMES
+from gaitsim.tui.vi import ViKeys
+
+if TYPE_CHECKING:
+    from gaitsim.tui.builder import ExperimentBuilder
+
+_NO_CONTROLS = ControlCharacterFilter()
+
+
+class Shell(ViKeys):
+    """The app's terminal, settings, tasks and drafts.
+
+    Args:
+        folder: folder that holds the runs.
+        config: the user's settings; None for the defaults.
+        theme: name of a theme; overrides the settings.
+        clock: function that returns the time in seconds since 1970.
+
+    Attributes:
+        tasks: commands in the background.
+        mirror: content of the terminal, and the number of bytes sent to it.
+        drafts: unsaved new runs by preset, the latest last.
+    """
+
+    def __init__(
+        self,
+        folder: Path = Path("runs"),
+        *,
+        config: Config | None = None,
+        theme: str | None = None,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
+        super().__init__()
+        self.folder = folder
+        self.clock = clock
+        self.tasks = Tasks(self._task_changed)
+        self.drafts: dict[str, ExperimentBuilder] = {}
+        self._config = config
+        for ours in THEMES:
+            self.register_theme(ours)
+        self.theme = theme or (config.theme if config else None) or DEFAULT
+
+    # The terminal
+
+    def get_driver_class(self) -> type[Driver]:
+        """Return a driver that sends only changed cells."""
+        self.mirror = TerminalMirror()
+        driver = super().get_driver_class()
+        # On Windows, Textual writes in chunks that may end within a sequence.
+        return driver if sys.platform == "win32" else mirroring_driver(driver, self.mirror)
+
+    def on_resize(self) -> None:
+        """Resend the whole screen."""
+        self.mirror.forget()
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        """Return the filters applied to each line before it is drawn."""
+        return [*super().get_line_filters(), _NO_CONTROLS]
+
+    def on_key(self, event: Key) -> None:
+        """Type a letter into a field that received the focus after the key was pressed.
+
+        In a paste, the first letter may open a field for the others.
+        """
+        if isinstance(self.focused, Input) and event.character and event.is_printable:
+            self.focused.insert_text_at_cursor(event.character)
+            event.prevent_default()
+
+    async def run_action(
+        self,
+        action: Any,
+        default_namespace: DOMNode | None = None,
+        namespaces: Mapping[str, DOMNode] | None = None,
+    ) -> bool:
+        """Run an action, unless its screen is not mounted yet.
+
+        A key pressed on the previous screen would otherwise close a screen that is mounting.
+        """
+        if isinstance(default_namespace, Screen) and not default_namespace.is_mounted:
+            return False
+        return await super().run_action(action, default_namespace, namespaces)
+
+    def show_error(self, error: GaitsimError) -> None:
+        """Show an error as plain text."""
+        self.notify(str(error), title="", severity="error", markup=False, timeout=10)
+
+    # Settings
+
+    def on_mount(self) -> None:
+        """Apply the user's keys; report problems of the settings."""
+        config = self._config
+        if config is None:
+            return
+        self._report(config.path, config.problems)
+        if config.keys:
+            from gaitsim.tui.keys import valid_keys
+
+            self.set_keymap(valid_keys(config))
+            self._check_keys(config)
+
+    @work(group="keys")
+    async def _check_keys(self, config: Config) -> None:
+        from gaitsim.tui.keys import find_problems
+
+        self._report(config.path, await asyncio.to_thread(find_problems, config))
+
+    def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
+        """Report the problems of the settings in one message."""
+        if problems:
+            lines = "\n".join(map(format_problem, problems))
+            self.notify(lines, title=str(path), severity="warning", markup=False, timeout=15)
+
+    def choose_theme(self, name: str) -> None:
+        """Change the theme and store it in the settings."""
+        self.theme = name
+        if self._config is not None:
+            try:
+                remember_theme(self._config.path, name)
+            except GaitsimError as error:
+                self.show_error(error)
+
+    # Tasks
+
+    def start_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
+        """Run a gaitsim command in the background; with `opens`, open the file it writes."""
+        task = self.tasks.start(arguments, opens=opens)
+        if not self.screen.query("#tasks"):
+            self.notify(
+                task.command, title="Running in the background; press t to see it", markup=False
+            )
+        return task
+
+    def _task_changed(self, task: Task) -> None:
+        """Notify the screens of a change, and the user of the end of a task that no list shows."""
+        self.screen.refresh_bindings()
+        for screen in self.screen_stack:
+            screen.post_message(TaskChanged(task))
+        if task.state == "done" and task.opens and task.files:
+            self.run_worker(self._open_file(task.files[0]), group="open")
+            return
+        if self.screen.query("#tasks"):
+            return
+        if task.state == "done":
+            result = "\n".join(map(str, task.files)) or task.command
+            self.notify(result, title="Done", markup=False)
+        elif task.state == "failed":
+            self.notify(
+                task.message, title=task.command, severity="error", markup=False, timeout=10
+            )
+
+    async def _open_file(self, file: Path) -> None:
+        from gaitsim.tui.opener import open_or_copy
+
+        await open_or_copy(self, file, trusted=True)
