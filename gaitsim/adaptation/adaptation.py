@@ -249,9 +249,6 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     def record(self, measured: float) -> Trial:
         """Add the trial of the proposed gait.
 
-        Args:
-            measured: measured performance of the gait.
-
         Raises:
             GaitsimError: `measured` is not a finite number, or the adaptation has ended.
             RunError: the file cannot be written, or another process has changed it.

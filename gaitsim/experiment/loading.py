@@ -82,10 +82,6 @@ def load_experiment(
 def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experiment]:
     """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` uses.
 
-    Args:
-        path: path of the file.
-        roots: further folders that the file may refer to.
-
     Raises:
         GaitsimError: the file does not exist, or does not describe a valid body.
     """

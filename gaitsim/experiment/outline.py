@@ -69,12 +69,7 @@ class ExperimentOutline:
 
 @lru_cache(maxsize=64)  # a program that watches a run parses the same text repeatedly
 def read_outline(text: str, source: str) -> ExperimentOutline:
-    """Parse the TOML of an experiment.
-
-    Args:
-        text: text of the file.
-        source: origin of the text, for messages.
-    """
+    """Parse the TOML of an experiment."""
     tables = toml.parse(text, source)
     sections = {name: table for name, table in tables.items() if isinstance(table, dict)}
     sections.setdefault("search", {PLUGIN: DEFAULT_SEARCH})

@@ -73,12 +73,7 @@ def decode(text: str) -> bytes:
 
 
 def _bytes(body: str, before: int) -> bytes:
-    """Return the bytes between the length and the checksum of a code's body.
-
-    Args:
-        body: the code after its prefix.
-        before: number of characters in the prefix, for messages.
-    """
+    """Return the bytes between the length and the checksum of a code's body."""
     for at, character in enumerate(body, before + 1):
         if character not in _CHARACTERS:
             raise _damaged(f"character {at} is {character!r}, which is invalid in a code")

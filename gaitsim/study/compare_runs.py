@@ -91,11 +91,7 @@ class ComparedRun:
 
 
 class RunsReader:
-    """Read runs to compare, and reread a run only when it has changed.
-
-    Args:
-        paths: folders of the runs.
-    """
+    """Read runs to compare, and reread a run only when it has changed."""
 
     def __init__(self, paths: Sequence[Path]) -> None:
         names = [path.name for path in paths]

@@ -272,14 +272,7 @@ REPORT, TABLE, CURVES = "report.md", "results.csv", "ecdf.csv"
 
 
 def write_comparison(folder: Path, findings: Findings, command: str, figures: list[Path]) -> None:
-    """Write the tables of all repeats and of the ECDF, and the report with its figures.
-
-    Args:
-        folder: folder to write to.
-        findings: results of the comparison.
-        command: command line that repeats the comparison.
-        figures: files of the figures, in the folder.
-    """
+    """Write the tables of all repeats and of the ECDF, and the report with its figures."""
     write_bytes(folder / TABLE, results(findings).encode())
     write_bytes(folder / CURVES, curves(findings).encode())
     write_bytes(folder / REPORT, report(findings, command, figures).encode())

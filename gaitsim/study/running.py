@@ -39,11 +39,6 @@ def result_key(experiment: Experiment, repeats: int, generations: Sequence[int])
     The key is a hash of the whole experiment, the versions of the packages that compute it, the
     number of repeats and the recorded generations. It does not change if the code of a plugin
     changes while its package keeps its version.
-
-    Args:
-        experiment: experiment to repeat.
-        repeats: number of repeats.
-        generations: recorded generations.
     """
     plugins = {kind: entry.source for kind, entry in experiment.entries.items()}
     packages = {entry.package for entry in experiment.entries.values()}

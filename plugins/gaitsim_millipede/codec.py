@@ -22,9 +22,6 @@ class Codec:
     """A group of bits for each leg: an optional sign, then 5 bits for whole degrees.
 
     The sign bit is 1 for backward. Magnitudes above 20 are read as 20, and −0 as 0.
-
-    Args:
-        signed: whether legs have a sign bit.
     """
 
     signed: bool

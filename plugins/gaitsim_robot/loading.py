@@ -200,13 +200,7 @@ def load_specification(text: str) -> Any:
 def describe_robot(
     simulation: Simulation, servos: Mapping[str, Servo], world: Mapping[str, str]
 ) -> Facts:
-    """Describe the mass, legs, servos, standing pose, damage and world of a robot.
-
-    Args:
-        simulation: simulation of the robot.
-        servos: servos of the driven joints by the joints' names.
-        world: conditions that are not nominal, by name.
-    """
+    """Describe the mass, legs, servos, standing pose, damage and world of a robot."""
     model, anatomy = simulation.model, simulation.anatomy
     found = {
         "Body": _body(model, anatomy),
@@ -224,11 +218,7 @@ def describe_robot(
 
 
 def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
-    """Describe the bundled robots and servos.
-
-    Args:
-        robots: anatomies by the robots' names.
-    """
+    """Describe the bundled robots and servos."""
     return {
         "Robots: organism.model": {
             name: f"{anatomy.mass:.3g} kg, {len(anatomy.legs)} legs, {len(anatomy.joints)} joints, "

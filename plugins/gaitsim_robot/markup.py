@@ -17,13 +17,7 @@ LARGEST = 1e6  # absolute value of a number
 
 
 def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
-    """Return the root element of an XML document.
-
-    Args:
-        data: the document.
-        where: file of the document, for messages.
-        encoding: encoding that replaces the declared one.
-    """
+    """Return the root element of an XML document."""
     builder = TreeBuilder()
     depth = count = 0
 

@@ -42,10 +42,6 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
     """Return displacement, speed, duration, effort, slip, steps and posture.
 
     Means over time end at the fall.
-
-    Args:
-        motion: motion of a population.
-        legs: legs of the robot.
     """
     moved = motion["torso"][:, -1] - motion["torso"][:, 0]
     displacement = norm(moved[:, :2])

@@ -19,12 +19,7 @@ FAR = 1e3  # m, distance to the edge of a slope
 
 
 def place_on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
-    """Rotate a skeleton by the slope about the start, and add the ground.
-
-    Args:
-        skeleton: skeleton in the frame of the ground.
-        simulation: simulation of the robot in its world.
-    """
+    """Rotate a skeleton by the slope about the start, and add the ground."""
     turn = _turn(simulation.world.get("slope", 0.0), simulation.world.get("side_slope", 0.0))
     bumps = simulation.ground
     if bumps is not None:

@@ -17,10 +17,6 @@ def measures(motion: Motion, plan: WalkerPlan) -> Mapping[str, Measure]:
     """Return distance, duration, steadiness, effort, slip and steps.
 
     Means over time end at the fall.
-
-    Args:
-        motion: motion of a population.
-        plan: build of the body.
     """
     forward = motion["torso"][:, -1, 0] - motion["torso"][:, 0, 0]
     lasted, energy = motion["lasted"], motion["energy"][:, -1]

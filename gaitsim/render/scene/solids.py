@@ -219,9 +219,6 @@ class Pieces(NamedTuple):
 class Surfaces:
     """The surfaces of all solids of a body.
 
-    Args:
-        solids: solids of a skeleton.
-
     Attributes:
         each: surface of each solid.
         points: points of all surfaces, solid by solid, in the frame of the solid, (points, 3) m.

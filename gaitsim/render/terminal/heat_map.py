@@ -428,12 +428,7 @@ def _shades(dots: NDArray[np.intp]) -> tuple[Codes, Inks]:
 
 
 def axis_labels(individual: Individual, view: ArchiveView) -> dict[str, str]:
-    """Return labels with units for the score and the axes of an archive, by name.
-
-    Args:
-        individual: a member of the archive.
-        view: the archive.
-    """
+    """Return labels with units for the score and the axes of an archive, by name."""
     units = {name: individual.unit_of(name) for name in ("score", *view.names)}
     return {name: f"{name} ({unit})" if unit else name for name, unit in units.items()}
 
