@@ -352,11 +352,7 @@ def open_adaptation(
         physics = place == "physics"
         measure_gait = simulated_robot(experiment, wanted, session.measure, physics=physics)
     prior = read_prior(
-        run,
-        session.measure,
-        workers=workers,
-        on_progress=on_progress,
-        on_warning=on_warning,
+        run, session.measure, workers=workers, on_progress=on_progress, on_warning=on_warning
     )
     if place == "physics":
         if not session.intact:

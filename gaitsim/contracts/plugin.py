@@ -31,13 +31,7 @@ def option(
         lt: bound that the value must stay below.
     """
     return Field(
-        default,
-        description=help,
-        json_schema_extra={"unit": unit},
-        ge=ge,
-        gt=gt,
-        le=le,
-        lt=lt,
+        default, description=help, json_schema_extra={"unit": unit}, ge=ge, gt=gt, le=le, lt=lt
     )
 
 

@@ -116,8 +116,7 @@ def read_file(path: Path, noun: str, example: str, remedy: str) -> str:
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise GaitsimError(
-            f"cannot read the {noun} file {path}: {reason}",
-            remedy=f"check the path, or {remedy}",
+            f"cannot read the {noun} file {path}: {reason}", remedy=f"check the path, or {remedy}"
         ) from None
 
 

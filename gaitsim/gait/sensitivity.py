@@ -50,9 +50,7 @@ class Effect:
 
 
 def effects(
-    conditions: Mapping[str, Floats],
-    ranges: Mapping[str, tuple[float, float]],
-    results: Floats,
+    conditions: Mapping[str, Floats], ranges: Mapping[str, tuple[float, float]], results: Floats
 ) -> tuple[Effect, ...]:
     """Return the conditions that affect a result significantly, the strongest first.
 

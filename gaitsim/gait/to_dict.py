@@ -49,10 +49,7 @@ def analysis_to_dict(
         "robustness": asdict(robustness) if robustness else None,
         "physics": _compare_bodies(individual, twin, "kinematic", "physical"),
         "engine": _compare_bodies(
-            individual,
-            elsewhere,
-            engine_of(individual),
-            engine_of(elsewhere) if elsewhere else "",
+            individual, elsewhere, engine_of(individual), engine_of(elsewhere) if elsewhere else ""
         ),
     }
 

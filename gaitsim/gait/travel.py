@@ -178,11 +178,7 @@ def _joint_travel(angles: Array | None, metres: float) -> float | None:
 
 
 def slip_of(
-    contacts: Floats,
-    touching: Contacts,
-    path: Floats,
-    relative: Floats,
-    ratio: float | None = None,
+    contacts: Floats, touching: Contacts, path: Floats, relative: Floats, ratio: float | None = None
 ) -> Slip:
     """Measure the sliding of feet on the ground.
 

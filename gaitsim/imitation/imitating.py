@@ -283,10 +283,7 @@ def imitation_film(result: Result, settings: RenderSettings | None = None) -> Fi
     assert expert.individual is not None, "a body that plays the imitator plays its expert"
     assert result.played is not None, "require_play checks that the body can play"
     generation = "" if expert.file else f", {expert.individual.label}"
-    clips = [
-        _clip(expert.individual, "expert", generation),
-        _clip(result.played, "imitator"),
-    ]
+    clips = [_clip(expert.individual, "expert", generation), _clip(result.played, "imitator")]
     errors = {training.activation: result.errors}
     return Film(
         clips,

@@ -36,8 +36,7 @@ def _float(context: Any, builder: Any, typed: Any, arguments: Any) -> Any:
 
 
 @_instructions(
-    scalar._polynomial,
-    lambda x, coefficients: types.float64(types.float64, coefficients),
+    scalar._polynomial, lambda x, coefficients: types.float64(types.float64, coefficients)
 )
 def _polynomial(context: Any, builder: Any, typed: Any, arguments: Any) -> Any:
     x, coefficients = arguments

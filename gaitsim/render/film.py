@@ -89,9 +89,7 @@ class RenderSettings:
         where, allowed = "--size", f"{MIN_PIXELS}x{MIN_PIXELS} to {MAX_PIXELS}x{MAX_PIXELS}"
         if not (MIN_PIXELS <= width <= MAX_PIXELS and MIN_PIXELS <= height <= MAX_PIXELS):
             raise GaitsimError(
-                f"invalid size of a video: {width}x{height} pixels",
-                where=where,
-                allowed=allowed,
+                f"invalid size of a video: {width}x{height} pixels", where=where, allowed=allowed
             )
         if self.format == "mp4" and (width % 2 or height % 2):
             raise GaitsimError(

@@ -69,9 +69,7 @@ def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
 
 
 def interval(
-    sample: Sequence[NDArray[np.float64]],
-    statistic: Callable[..., Any],
-    rng: np.random.Generator,
+    sample: Sequence[NDArray[np.float64]], statistic: Callable[..., Any], rng: np.random.Generator
 ) -> tuple[float, float]:
     """Return the 95 % percentile bootstrap interval of a statistic.
 
@@ -329,9 +327,7 @@ class TargetTest:
         return {**vars(self), **verdicts}
 
 
-def compare_times(
-    times: Mapping[float, Mapping[str, NDArray[np.float64]]],
-) -> Sequence[TargetTest]:
+def compare_times(times: Mapping[float, Mapping[str, NDArray[np.float64]]]) -> Sequence[TargetTest]:
     """Compare every pair of experiments at every target.
 
     Args:

@@ -32,10 +32,7 @@ class Gaussian(Mutation):
         0.1, "standard deviation of a change, as a share of the gene's range", gt=0, le=10
     )
     decay: float = option(
-        1.0,
-        "factor applied to 'sigma' after each generation; 1 keeps 'sigma' constant",
-        gt=0,
-        le=1,
+        1.0, "factor applied to 'sigma' after each generation; 1 keeps 'sigma' constant", gt=0, le=1
     )
 
     portable: ClassVar[bool] = True
@@ -107,10 +104,7 @@ class Polynomial(Mutation):
 
 
 def _steps(
-    below: NDArray[np.float64],
-    above: NDArray[np.float64],
-    uniform: NDArray[np.float64],
-    eta: float,
+    below: NDArray[np.float64], above: NDArray[np.float64], uniform: NDArray[np.float64], eta: float
 ) -> NDArray[np.float64]:
     """Return steps, (sites,), as fractions of the distance between the bounds.
 

@@ -42,8 +42,7 @@ def find_anatomy(
     """
     if model.nbody < 2 or model.njnt < 2:
         raise GaitsimError(
-            "the robot has no joints",
-            allowed="a trunk with at least two legs of hinge joints",
+            "the robot has no joints", allowed="a trunk with at least two legs of hinge joints"
         )
     _check_names(model, feet, stance or {})
     return Finder(model, feet, stance).find()

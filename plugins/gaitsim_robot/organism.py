@@ -154,11 +154,7 @@ class Robot(Organism):
         None, "largest torque of a servo; by default, the servo's own", unit="N m", gt=0, le=1e5
     )
     speed_limit: float | None = option(
-        None,
-        "no-load speed of a servo; by default, the servo's own",
-        unit="rad/s",
-        gt=0,
-        le=100,
+        None, "no-load speed of a servo; by default, the servo's own", unit="rad/s", gt=0, le=100
     )
     latency: float | None = option(
         None,

@@ -290,12 +290,7 @@ def draw_genomes(
 
 
 def adapt_emitters(
-    emitters: Emitters,
-    genomes: Genomes,
-    found: Improvement,
-    space: RealSpace,
-    *,
-    two_stages: bool,
+    emitters: Emitters, genomes: Genomes, found: Improvement, space: RealSpace, *, two_stages: bool
 ) -> tuple[Emitters, NDArray[np.bool_]]:
     """Adapt each emitter to the improvement by its genomes.
 

@@ -79,8 +79,7 @@ class MapElites(Search):
     """
 
     axes: dict[str, tuple[float, float]] = option(
-        ...,
-        "measures or terms of the score that span the archive, each with its low and high end",
+        ..., "measures or terms of the score that span the archive, each with its low and high end"
     )
     cells: (
         Annotated[int, Field(ge=2, le=_MOST_CENTROIDS)]

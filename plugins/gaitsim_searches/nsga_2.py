@@ -34,8 +34,7 @@ class Nsga2(Search):
     """
 
     objectives: Annotated[dict[str, Literal["max", "min"]], Field(min_length=2)] = option(
-        ...,
-        "two or more terms of the score, measures of the body or 'score', each 'max' or 'min'",
+        ..., "two or more terms of the score, measures of the body or 'score', each 'max' or 'min'"
     )
     reference: dict[str, float] = option(
         {},

@@ -39,10 +39,7 @@ def _cos(x: Any) -> Any:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def place_feet(
-    angles: NDArray[np.float32],
-    legs: Legs,
-    feet: NDArray[np.float32],
-    centre: NDArray[np.float32],
+    angles: NDArray[np.float32], legs: Legs, feet: NDArray[np.float32], centre: NDArray[np.float32]
 ) -> None:
     """Compute feet and centre of mass in the body's frame.
 
@@ -110,8 +107,7 @@ def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
     femur = body.FEMUR_PITCH + femur
     tibia = body.TIBIA_PITCH + femur - body.FEMUR_PITCH + tibia
     reach = np.cumsum(
-        [np.full_like(yaw, body.COXA), body.FEMUR * cos(femur), body.TIBIA * cos(tibia)],
-        axis=0,
+        [np.full_like(yaw, body.COXA), body.FEMUR * cos(femur), body.TIBIA * cos(tibia)], axis=0
     )
     height = np.cumsum(
         [np.zeros_like(yaw), body.FEMUR * sin(femur), body.TIBIA * sin(tibia)], axis=0

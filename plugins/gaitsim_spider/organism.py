@@ -373,8 +373,5 @@ def _motion(commands: Angles, angles: Angles, legs: Legs) -> Motion:
     return Motion(
         body.FRAME_RATE,
         {"joint_angles": time_second(commands), "joint_positions": time_second(angles)},
-        {
-            ("feet", "centre_of_mass"): place,
-            ("pose", "stance", "slip", "margin", "slope"): travel,
-        },
+        {("feet", "centre_of_mass"): place, ("pose", "stance", "slip", "margin", "slope"): travel},
     )

@@ -22,10 +22,7 @@ class Distance(Fitness):
         0.5, "penalty per 100 N m/s of RMS rate of change of the torque", unit="m", ge=0
     )
     lag_weight: float = option(
-        4.0,
-        "penalty per radian of RMS deviation of the joints from their commands",
-        unit="m",
-        ge=0,
+        4.0, "penalty per radian of RMS deviation of the joints from their commands", unit="m", ge=0
     )
     impact_weight: float = option(
         5.0,
@@ -34,10 +31,7 @@ class Distance(Fitness):
         ge=0,
     )
     low_height: float = option(
-        0.85,
-        "share of the initial height below which the torso is too low",
-        ge=0,
-        le=1,
+        0.85, "share of the initial height below which the torso is too low", ge=0, le=1
     )
     low_weight: float = option(
         40.0, "penalty per metre of RMS drop of the torso below 'low_height'", ge=0

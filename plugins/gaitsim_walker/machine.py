@@ -84,13 +84,7 @@ class Machine:
             self.space.add(foot)
             self._add_joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
             self._add_joint(
-                thigh,
-                end,
-                shank,
-                top,
-                -leg.knee * 2 * body.BEND,
-                -leg.knee,
-                body.KNEE_LIMIT,
+                thigh, end, shank, top, -leg.knee * 2 * body.BEND, -leg.knee, body.KNEE_LIMIT
             )
 
     def _add_ground(self, ground: Ground) -> None:
@@ -277,15 +271,7 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
         state[lasted:, 2:4] = 0.0
         load[lasted:], torque[lasted:] = 0.0, 0.0
     return Rollout(
-        state[:, :2],
-        state[:, 2:4],
-        state[:, 4],
-        turned,
-        torque,
-        work,
-        load,
-        lasted,
-        failure,
+        state[:, :2], state[:, 2:4], state[:, 4], turned, torque, work, load, lasted, failure
     )
 
 
@@ -308,10 +294,7 @@ def walk(surroundings: Surroundings, commands: Iterable[Floats]) -> Motion:
     def all_of(name: str) -> Array:
         return np.stack([getattr(rollout, name) for rollout in rolled])
 
-    position, velocity = (
-        body.to_3d(all_of("position")),
-        body.to_3d(all_of("velocity")),
-    )
+    position, velocity = (body.to_3d(all_of("position")), body.to_3d(all_of("velocity")))
     load, pitch = all_of("load"), all_of("pitch")
     lasted = np.array([max(rollout.lasted, 1) - 1 for rollout in rolled]) / FRAME_RATE
     return Motion(

@@ -50,13 +50,7 @@ class Scene:
             self._build(race, size, view, THEMES[theme])
         self.seconds = race.seconds
 
-    def _build(
-        self,
-        race: Race,
-        size: tuple[int, int],
-        view: str,
-        theme: SceneTheme,
-    ) -> None:
+    def _build(self, race: Race, size: tuple[int, int], view: str, theme: SceneTheme) -> None:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 

@@ -56,13 +56,7 @@ def _shade(shine: Any) -> Any:
 
 @njit(error_model="numpy")
 def _face(
-    drawn: Drawn,
-    pieces: Pieces,
-    face: int,
-    samples: Floats,
-    frame: Floats,
-    paint: int,
-    piece: int,
+    drawn: Drawn, pieces: Pieces, face: int, samples: Floats, frame: Floats, paint: int, piece: int
 ) -> None:
     """Draw a flat face if it faces the camera; its nearness is affine in the position."""
     normal = pieces.normals[face]

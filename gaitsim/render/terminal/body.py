@@ -243,11 +243,7 @@ def _track(eye: Camera, clip: Clip, pose: Pose, height: int) -> Points:
 
 
 def _limbs(
-    eye: Camera,
-    segments: Points,
-    side: NDArray[np.intp],
-    damaged: NDArray[np.bool_],
-    height: int,
+    eye: Camera, segments: Points, side: NDArray[np.intp], damaged: NDArray[np.bool_], height: int
 ) -> tuple[Points, NDArray[np.intp]]:
     """Return lines (lines, 2, 2) and their inks, by side and distance, or for damage."""
     ends, depth = _project(eye, segments, height)

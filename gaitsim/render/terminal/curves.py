@@ -249,11 +249,7 @@ def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> N
 
 
 def _draw(
-    dots: Dots,
-    points: NDArray[np.float64],
-    stages: Sequence[int],
-    ink: int,
-    dash: tuple[int, int],
+    dots: Dots, points: NDArray[np.float64], stages: Sequence[int], ink: int, dash: tuple[int, int]
 ) -> None:
     """Draw a line through points (n, 2), broken where a point is not finite or a stage begins."""
     whole = np.isfinite(points).all(axis=1)

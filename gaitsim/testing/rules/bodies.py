@@ -34,10 +34,7 @@ def check_determinism(body: Organism, genomes: Genomes, motion: Motion) -> Itera
     again = select_rows(body.move(argument), range(len(genomes)))
     if not same(argument, genomes):
         yield error(
-            "inputs",
-            "unchanged genomes",
-            "move() changes them",
-            "work on a copy: genomes.copy()",
+            "inputs", "unchanged genomes", "move() changes them", "work on a copy: genomes.copy()"
         )
     name = first_difference(whole, again)
     if name:

@@ -195,10 +195,7 @@ def box(points: Floats, thinnest: float) -> tuple[Place, Floats]:
     axes[:, 2] = np.cross(axes[:, 0], axes[:, 1])
     along = (points - middle) @ axes
     low, high = along.min(0), along.max(0)
-    return (
-        Place(middle + axes @ ((low + high) / 2), axes),
-        np.maximum((high - low) / 2, thinnest),
-    )
+    return (Place(middle + axes @ ((low + high) / 2), axes), np.maximum((high - low) / 2, thinnest))
 
 
 CLEARLY_CLOSER = 0.7  # ratio of the distances after and before the rotation
