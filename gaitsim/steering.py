@@ -25,11 +25,7 @@ SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
 
 def commands_of(experiment: Experiment) -> tuple[Command, ...]:
-    """Return the commands of an experiment's body; () for a body without commands.
-
-    Raises:
-        GaitsimError: the body fails.
-    """
+    """Return the commands of an experiment's body; () for a body without commands."""
     entry = experiment.entries["organism"]
     with plugin_errors(entry, "naming its commands"):
         commands = tuple(experiment.organism.commands())
@@ -72,10 +68,6 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
         experiment: experiment of the body.
         replaced: individuals, as accepted by `--from`, by command name; other commands use the
             controllers of the body's package.
-
-    Raises:
-        GaitsimError: the body has no commands or lacks a given one, an individual cannot be read
-            or does not fit, or a command has no controller.
     """
     entry = experiment.entries["organism"]
     names = [command.name for command in commands_of(experiment)]
@@ -130,21 +122,12 @@ def _controller_genome(experiment: Experiment, reference: str, where: str) -> Ge
 
 
 def default_drive() -> "Drive":
-    """Return the body of the default preset at its start, with the controllers of its package.
-
-    Raises:
-        GaitsimError: the preset is not installed, or the body fails.
-    """
+    """Return the body of the default preset at its start, with the controllers of its package."""
     return create_drive(load_experiment(STEERING_PRESET), {})
 
 
 def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
-    """Return an experiment's body at its start, with the controllers from `controllers_of`.
-
-    Raises:
-        GaitsimError: the body cannot be steered, a controller is missing or does not fit, or the
-            body fails.
-    """
+    """Return an experiment's body at its start, with the controllers from `controllers_of`."""
     return Drive(experiment, controllers_of(experiment, replaced))
 
 
@@ -170,11 +153,7 @@ class Drive:
         self.restart()
 
     def restart(self) -> None:
-        """Restart the simulation.
-
-        Raises:
-            GaitsimError: a controller does not fit, or the body fails.
-        """
+        """Restart the simulation."""
         with plugin_errors(self._entry, "preparing to be steered"):
             steered: object = self._organism.steer(self._controllers)
         if not isinstance(steered, Steered):
@@ -214,9 +193,6 @@ class Drive:
 
         Args:
             seconds: time on that clock.
-
-        Raises:
-            GaitsimError: the body fails.
         """
         behind = int((seconds - self._lag) * self.frame_rate) - self._frames
         most = int(MOST_CATCH_UP * self.frame_rate)

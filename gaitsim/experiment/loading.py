@@ -80,11 +80,7 @@ def load_experiment(
 
 
 def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experiment]:
-    """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` uses.
-
-    Raises:
-        GaitsimError: the file does not exist, or does not describe a valid body.
-    """
+    """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` uses."""
     body, option = reader_of(path)
     entry, model = find("organism", body), load_class("organism", body)
     assert issubclass(model, Organism)
@@ -102,9 +98,6 @@ def read_file(path: Path, noun: str, example: str, remedy: str) -> str:
         noun: content of the file, for messages, such as 'experiment'.
         example: command that prints an example of such a file, for messages.
         remedy: alternative to another path, for messages.
-
-    Raises:
-        GaitsimError: the file cannot be read, is not text, or is too large.
     """
     try:
         return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
@@ -135,9 +128,6 @@ def parse_experiment(
         overrides: values of options by key.
         place: origin of the overrides, for messages.
         folder: folder of relative paths in the text; None for a text that must not refer to files.
-
-    Raises:
-        ExperimentError: the text or the overrides have problems; the error lists all of them.
     """
     return Reader(text, source, overrides, place, folder).read()
 
@@ -146,10 +136,6 @@ def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
     """Return the name and the genome space of the body of an experiment in TOML.
 
     Unlike `parse_experiment`, this function does not need the other plugins of the experiment.
-
-    Raises:
-        ExperimentError: the body has problems, such as a package that is not installed.
-        PluginError: the body fails or breaks its contract.
     """
     entry, organism = Reader(text, source).read_organism()
     return entry.name, space_of(entry, organism)
@@ -158,11 +144,7 @@ def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:
 def with_overrides(
     experiment: Experiment, overrides: Overrides, place: str = COMMAND_LINE
 ) -> Experiment:
-    """Return an experiment with changed options.
-
-    Raises:
-        ExperimentError: the overrides have problems; the error lists all of them.
-    """
+    """Return an experiment with changed options."""
     return parse_experiment(experiment.to_toml(), "the experiment", overrides, place)
 
 

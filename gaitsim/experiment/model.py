@@ -292,11 +292,7 @@ class Experiment(ReprMixin):
         return f"{PORTABLE}: the same bits with the same versions on any x86-64 or ARM64 processor"
 
     def check_functions(self) -> None:
-        """Check that all Python functions of the experiment are registered in this process.
-
-        Raises:
-            MissingFunctionError: a function is not registered.
-        """
+        """Check that all Python functions of the experiment are registered in this process."""
         for entry in self.outside:
             if entry.model is None:
                 raise entry.missing_error
@@ -386,11 +382,7 @@ class Experiment(ReprMixin):
 
 
 def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
-    """Return the genome space of a body.
-
-    Raises:
-        PluginError: the body fails or breaks its contract.
-    """
+    """Return the genome space of a body."""
     with plugin_errors(entry, "returning its genome space"):
         space: object = organism.genome_space()
     if isinstance(space, GenomeSpace):

@@ -255,11 +255,7 @@ def evaluate_unseen(
 
 
 def check_request(number: object, seed: object) -> None:
-    """Check a number of worlds and their seed.
-
-    Raises:
-        GaitsimError: the number or the seed is invalid.
-    """
+    """Check a number of worlds and their seed."""
     for value, what, least, most in (
         (number, "number of worlds", 1, MOST),
         (seed, "seed of worlds", 0, 2**53 - 1),

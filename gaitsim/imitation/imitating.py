@@ -188,10 +188,6 @@ def imitate_expert(
         expert: gait to learn.
         settings: settings of the training.
         progress: called with the number of epochs since the last call.
-
-    Raises:
-        GaitsimError: the training diverged.
-        PluginError: the body or the fitness breaks its contract.
     """
     gait, experiment = expert.gait, expert.experiment
     imitator, errors = learn(gait.angles, settings, progress)

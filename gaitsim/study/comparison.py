@@ -261,11 +261,7 @@ class Findings:
 def check_request(
     targets: str | None, evaluations: int | None, generations: int | None
 ) -> tuple[float, ...]:
-    """Check options of a comparison, and return the targets of `--targets 1.5,2`; () for none.
-
-    Raises:
-        GaitsimError: the targets are not numbers, or both evaluations and generations are given.
-    """
+    """Check options of a comparison, and return the targets of `--targets 1.5,2`; () for none."""
     if evaluations is not None and generations is not None:
         raise GaitsimError(
             "'evaluations' and 'generations' cannot be combined",
@@ -285,11 +281,7 @@ def check_request(
 
 
 def check_targets(targets: ArrayLike) -> tuple[float, ...]:
-    """Return targets after checking them.
-
-    Raises:
-        GaitsimError: a target is not a finite number, or there are too many targets.
-    """
+    """Return targets after checking them."""
     every = np.atleast_1d(np.asarray(targets, dtype=object)).tolist()
     for target in every:
         if not isinstance(target, int | float) or not math.isfinite(target):
@@ -315,9 +307,6 @@ def analyse(
         evaluations: budget of each repeat.
         targets: scores to reach; () for 51 equally spaced targets of the ECDF, and the quartiles
             of the final scores of all experiments for the expected running times.
-
-    Raises:
-        GaitsimError: a repeat has no finite score to compare.
     """
     for label, one in samples.items():
         if not np.isfinite(one.final).all():
