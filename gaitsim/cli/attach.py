@@ -22,9 +22,8 @@ def attach(run: RunName, json: Json = False) -> None:
 
     gaitsim attach night --json > log.jsonl
     """
-    from gaitsim.cli.evolving import find_evolving, not_evolving
-    from gaitsim.cli.following import follow_run
-    from gaitsim.cli.summary import summarise
+    from gaitsim.cli.evolving import find_evolving, follow_run, not_evolving
+    from gaitsim.cli.run_view import summarise
     from gaitsim.runs.files.lock import is_locked
 
     found = find_evolving(run)

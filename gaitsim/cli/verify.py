@@ -21,7 +21,7 @@ from gaitsim.sharing.code import PREFIX
 from gaitsim.toml import literal
 
 if TYPE_CHECKING:
-    from gaitsim.runs.verify.verify import Verdict
+    from gaitsim.runs.verification import Verdict
     from gaitsim.sharing.challenge import Challenge, Checked
 
 
@@ -71,7 +71,7 @@ def verify(
     """
     from gaitsim.cli.codes import read_challenge
     from gaitsim.runs.snapshot import RunSnapshot
-    from gaitsim.runs.verify.verify import verify as verify_generations
+    from gaitsim.runs.verification import verify as verify_generations
 
     if all_ and generations is not None:
         raise not_combinable("--all", "--generations")

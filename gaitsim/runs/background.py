@@ -25,8 +25,11 @@ from pathlib import Path
 from typing import Any, Literal, get_args
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
-from gaitsim.opening import read_regular
+from gaitsim.opening import open_descriptor, read_regular
 from gaitsim.runs.files.folder import command
+
+if sys.platform != "win32":
+    import fcntl
 
 VARIABLE = "GAITSIM_RUNTIME_DIR"
 STATUS, FAILURE, LOCK, SOCKET, LOG = ".json", ".failure", ".lock", ".sock", ".log"
@@ -244,19 +247,31 @@ def _parse_live_process(data: Mapping[str, Any], lock: Path) -> BackgroundProces
         case {"run": str(run), "pid": int(pid), "state": state} if state in get_args(
             BackgroundState
         ):
-            return BackgroundProcess(Path(run), pid, state) if _is_locked(lock) else None
+            return BackgroundProcess(Path(run), pid, state) if is_file_locked(lock) else None
     return None
 
 
-def _is_locked(lock: Path) -> bool:
-    from filelock import FileLock, Timeout
-
-    probe = FileLock(lock)
+def is_file_locked(lock: Path) -> bool:
+    """Return whether a process holds the lock of a file; creates no file."""
     try:
-        probe.acquire(timeout=0)
-    except Timeout:
-        return True
+        descriptor = open_descriptor(lock, os.O_RDONLY)
     except OSError:
         return False
-    probe.release()
+    try:
+        if sys.platform == "win32":
+            from filelock import FileLock, Timeout
+
+            try:
+                with FileLock(lock, timeout=0):
+                    return False
+            except Timeout:
+                return True
+        # As in filelock, but four times as fast; closing the descriptor releases the lock.
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return True
+    except OSError:  # a file system without locks
+        return False
+    finally:
+        os.close(descriptor)
     return False

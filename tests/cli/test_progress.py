@@ -12,9 +12,15 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gaitsim.cli.display import STOPPING, Display
-from gaitsim.cli.live_view import LiveView
-from gaitsim.cli.progress import JsonLines, PlainLines, row_of, snapshot_of
+from gaitsim.cli.displays import (
+    STOPPING,
+    Display,
+    JsonLines,
+    LiveView,
+    PlainLines,
+    row_of,
+    snapshot_of,
+)
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import Islands

@@ -158,6 +158,6 @@ def test_ctrl_c_stops_it(gaitsim, run, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitsim.runs.verify.verify.reproduce_all", stop)
+    monkeypatch.setattr("gaitsim.runs.verification.reproduce_all", stop)
     done = gaitsim("verify", "puppet", "--all", code=130)
     assert (done.stdout, done.stderr) == ("", "")

@@ -13,7 +13,7 @@ from gaitsim.runs.creation import create_run, fork_run
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import stages_of
-from gaitsim.runs.verify.verify import verify
+from gaitsim.runs.verification import verify
 from gaitsim.runs.writer import RunWriter
 
 ISLANDS = (

@@ -23,7 +23,7 @@ from gaitsim.runs.files.checkpoint import write_checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.verify.verify import verify
+from gaitsim.runs.verification import verify
 from gaitsim.runs.writer import RunWriter
 
 NEEDED = {

@@ -10,6 +10,7 @@ from run_helpers import evolve_run
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments, with_overrides
+from gaitsim.runs.consistency import expected_chain
 from gaitsim.runs.creation import champion_of, create_run, fork_run
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
 from gaitsim.runs.files.checksums import (
@@ -24,9 +25,8 @@ from gaitsim.runs.files.provenance import (
 )
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import restore_generation
-from gaitsim.runs.verify.consistency import expected_chain
-from gaitsim.runs.verify.verify import sample
-from gaitsim.runs.verify.verify import verify as verify_snapshot
+from gaitsim.runs.verification import sample
+from gaitsim.runs.verification import verify as verify_snapshot
 
 LAST = 12
 

@@ -3,16 +3,12 @@
 import errno
 import os
 import socket
-import sys
 from contextlib import suppress
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.opening import open_descriptor, read_regular
-from gaitsim.runs.background import check_not_in_background
-
-if sys.platform != "win32":
-    import fcntl
+from gaitsim.runs.background import check_not_in_background, is_file_locked
 
 TIMEOUT = 0.5  # seconds; `is_locked` also holds the lock for a moment
 _REMOVE = "remove the lock, if no process writes the run"
@@ -65,30 +61,5 @@ def _read(owner: Path) -> str:
 
 
 def is_locked(folder: Path) -> bool:
-    """Return whether a process is writing the run; creates no file in the folder."""
-    try:
-        descriptor = open_descriptor(folder / ".lock", os.O_RDONLY)
-    except OSError:
-        return False
-    try:
-        return _held(folder / ".lock", descriptor)
-    finally:
-        os.close(descriptor)
-
-
-def _held(lock: Path, descriptor: int) -> bool:
-    if sys.platform == "win32":
-        from filelock import FileLock, Timeout
-
-        try:
-            with FileLock(lock, timeout=0):
-                return False
-        except Timeout:
-            return True
-    try:  # as in filelock, but four times as fast; closing the descriptor releases the lock
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return True
-    except OSError:  # a file system without locks
-        return False
-    return False
+    """Return whether a process is writing the run."""
+    return is_file_locked(folder / ".lock")

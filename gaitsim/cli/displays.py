@@ -1,12 +1,12 @@
-"""The live view of a run: progress, curves and terms, redrawn eight times a second."""
+"""Displays of an evolving run: a live view on a terminal, plain lines, or JSON lines."""
 
 import math
 import time
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from datetime import timedelta
 from pathlib import Path
-from typing import Self
+from typing import Any, Self
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.constrain import Constrain
@@ -15,19 +15,78 @@ from rich.progress_bar import ProgressBar
 from rich.table import Table
 from rich.text import Text
 
-from gaitsim.cli.display import BEST_SHOWN, RESTING, STOPPING, Display, Row, stage_line
-from gaitsim.console.printing import output
-from gaitsim.live.protocol import Snapshot
+from gaitsim.console.printing import echo, notice, output, print_json
+from gaitsim.evolution import Generation
+from gaitsim.experiment import Experiment
+from gaitsim.live.protocol import Best, Snapshot, top_individuals
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.runs.files.history import FIGURE, MEAN, figures_of
+from gaitsim.runs.files.history import FIGURE, MEAN, figures_of, island_bests, row
 from gaitsim.runs.growing import Rows
+
+Row = Mapping[str, Any]
+"""A row of the history: one generation."""
+
+BEST_SHOWN = 5  # individuals
+# Messages for the states in which no generation is being evolved.
+RESTING = {
+    "preparing": "Preparing: the first run of a body compiles its kernels …",
+    "queued": "Queued: starts when an earlier run ends.",
+    "paused": "Paused.",
+}
+STOPPING = "Stopping after this generation; press Ctrl-C again to stop at once."
 
 CURVES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
 SCORES = ("best", "mean")  # the curves on the scale of the scores
 WIDEST = 100  # characters
 VALUE = 7  # characters, enough for most numbers
 HEIGHT_ABOVE_TERMS = 8  # lines, including the table's header and the cursor's line
+
+
+class Display:
+    """A context manager that follows a run; entering and leaving do nothing by default.
+
+    Args:
+        path: folder of the run.
+        known: current state of the run, with all rows of its history.
+    """
+
+    def __init__(self, path: Path, known: Snapshot) -> None:
+        self._path, self._snapshot = path, known
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def start_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
+        """Report that a stage starts.
+
+        Args:
+            number: number of the stage, counted from 1.
+            first: first generation of the stage.
+            changes: descriptions of the changed options.
+            rescored: the last generation and its row, re-evaluated; None if the stage keeps the
+                scores.
+        """
+
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
+        """Show the state of the run and its newly finished generations."""
+
+    def warn(self, text: str) -> None:
+        """Show a lasting message."""
+        notice(text)
+
+    def stopping(self) -> None:
+        """Report that the run stops after this generation; called by a signal handler."""
+        notice(STOPPING)
+
+
+def stage_line(number: int, first: int, changes: Sequence[str]) -> str:
+    return f"stage {number}, from generation {first}: {'; '.join(changes)}"
 
 
 class LiveView(Display):
@@ -237,3 +296,93 @@ def _last(rows: Rows) -> Row:
 
 def _format_duration(seconds: float) -> str:
     return str(timedelta(seconds=round(seconds)))
+
+
+def display(path: Path, known: Snapshot, json: bool) -> Display:
+    """Return the display that suits the output: JSON lines, a terminal or a log."""
+    if json:
+        return JsonLines(path, known)
+    if output().is_terminal:
+        return LiveView(path, known)
+    return PlainLines(path, known)
+
+
+def snapshot_of(generation: Generation | None, experiment: Experiment, **more: Any) -> Snapshot:
+    """Return the snapshot of a generation for displays; an empty one before the first."""
+    generations, islands = experiment.evolution.generations, experiment.islands.number
+    if generation is None:
+        return Snapshot("running", generations=generations, **more)
+    progress, number = generation.progress, generation.number
+    bests = tuple(island_bests(generation, islands).tolist()) if islands > 1 else ()
+    found = number - progress.stagnation
+    return Snapshot(
+        "finished" if generation.stop else "running",
+        reason=generation.stop,
+        generation=number,
+        generations=generations,
+        stage=progress.stage,
+        evaluations=progress.evaluations,
+        top=top_individuals(generation.scores, generation.evaluation.terms, BEST_SHOWN),
+        islands=bests,
+        # A re-evaluated generation has no champion yet.
+        champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,
+        **more,
+    )
+
+
+def row_of(generation: Generation, snapshot: Snapshot) -> Row:
+    """Return a generation's row of the history, with the best score of each island, if any."""
+    islands = list(snapshot.islands)
+    return {**row(generation), **({"islands": islands} if islands else {})}
+
+
+class JsonLines(Display):
+    """One object per generation, with the columns of the history, and one per new stage.
+
+    With islands, the objects also hold the best score of each.
+    """
+
+    def start_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
+        """Print the number of the stage, its first generation and its changes."""
+        print_json({"stage": number, "first": first, "changes": list(changes)})
+
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
+        """Print the rows."""
+        for one in rows:
+            print_json(one)
+
+
+class PlainLines(Display):
+    """Plain lines for pipes and logs: the first, the last, and one every two seconds."""
+
+    def __init__(
+        self, path: Path, known: Snapshot, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        super().__init__(path, known)
+        self._clock = clock
+        self._printed = -math.inf
+        self._row: Row = {}
+        echo(f"run {path}")
+
+    def start_stage(
+        self, number: int, first: int, changes: Sequence[str], rescored: Snapshot | None
+    ) -> None:
+        """Print a line."""
+        echo(stage_line(number, first, changes))
+
+    def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
+        """Print a line if two seconds have passed or the run has ended."""
+        now = self._clock()
+        self._row = rows[-1] if rows else self._row
+        if self._row and (snapshot.ended or now - self._printed > 2):
+            self._printed, values = now, self._row
+            bests = snapshot.islands
+            more = "  islands " + " ".join(f"{b:.4f}" for b in bests) if bests else ""
+            echo(
+                f"generation {values['generation']}/{snapshot.generations}  "
+                f"best {values['best']:.4f}  mean {values['mean']:.4f}  "
+                f"diversity {values['diversity']:.3f}{more}",
+            )
+            self._row = {}
