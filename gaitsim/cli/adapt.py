@@ -165,8 +165,7 @@ def adapt(
     """
     from gaitsim.adaptation.adaptation import default_name, normalise_damage
     from gaitsim.adaptation.prior import DEFAULT_MEASURE
-    from gaitsim.cli.adaptation_report import write_report
-    from gaitsim.cli.adaptation_view import AdaptationView
+    from gaitsim.cli.adaptation_view import AdaptationView, write_report
     from gaitsim.legged.damage import damage_options
     from gaitsim.render.plots.adaptation import adaptation_figure
     from gaitsim.render.plots.style import check_target, save

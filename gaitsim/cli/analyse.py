@@ -99,9 +99,13 @@ def analyse(
     """
     with status("Simulating the champion …" if gait is None else f"Playing {gait} …"):
         # These imports take most of the start-up time.
-        from gaitsim.cli.gait_view import print_gait
+        from gaitsim.cli.analysis_view import (
+            print_gait,
+            print_robustness,
+            print_score_breakdown,
+            print_section,
+        )
         from gaitsim.cli.parsing import parse_body_changes, parse_individual
-        from gaitsim.cli.score_view import print_robustness, print_score_breakdown, print_section
         from gaitsim.cli.unseen import check_worlds, evaluate_with_progress
         from gaitsim.gait import analyse_individual
         from gaitsim.gait.robustness import measure_robustness

@@ -4,7 +4,7 @@ from gaitsim.contracts.conditions import SEED, WORLD_HELP, Condition, Terrain, c
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.organism import BodyFile, Facts, Organism
 from gaitsim.contracts.plugin import Plugin, folder_of, option
-from gaitsim.contracts.rig import Link, Rig
+from gaitsim.contracts.rig import Link, Rig, Solid
 from gaitsim.contracts.search import (
     Context,
     Crossover,
@@ -17,7 +17,6 @@ from gaitsim.contracts.search import (
     Selection,
     State,
 )
-from gaitsim.contracts.solid import Solid
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
 from gaitsim.contracts.steering import Command, Steered, SteeringPage
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts.conditions import Terrain
-from gaitsim.contracts.solid import SkeletonError, Solid
+from gaitsim.contracts.rig import SkeletonError, Solid
 
 Array = NDArray[Any]
 

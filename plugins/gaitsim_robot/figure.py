@@ -9,7 +9,7 @@ import numpy as np
 
 from gaitsim.contracts import Solid
 from gaitsim.contracts.quaternions import conjugate, rotated
-from gaitsim.contracts.solid import Shape
+from gaitsim.contracts.rig import Shape
 from gaitsim.legged import Damage
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.damaged import lost_bodies

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, draw, labels
-from gaitsim.render.scene.anatomy import anatomy
+from gaitsim.render.scene.bodies import anatomy
 from gaitsim.render.scene.camera import Camera, axes, smooth_path
 from gaitsim.render.scene.clip import Race
 from gaitsim.render.scene.ground import grid

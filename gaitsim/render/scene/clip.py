@@ -12,7 +12,7 @@ from gaitsim.contracts import Skeleton, Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
-from gaitsim.render.scene.anatomy import DrawnAnatomy, anatomy
+from gaitsim.render.scene.bodies import DrawnAnatomy, anatomy
 from gaitsim.render.scene.camera import Points, smooth_path
 from gaitsim.render.scene.solids import Surfaces, interpolate_poses
 

@@ -1,14 +1,16 @@
-"""The ground and the bodies on it, seen by one camera."""
+"""The ground and the bodies on it, seen by one camera; artists are created once and then moved."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.plots.labels import format_number
-from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, axes, fit_box
-from gaitsim.render.scene.clip import Pose, Race
-from gaitsim.render.scene.ground import fine_step, grid, steps
+from gaitsim.render.scene.bodies import body, shadow
+from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes, fit_box
+from gaitsim.render.scene.clip import Clip, Pose, Race
+from gaitsim.render.scene.ground import SHADES, fine_step, grid, steps
 from gaitsim.render.scene.labels import (
     MIN_LETTERS,
     POINT,
@@ -18,12 +20,174 @@ from gaitsim.render.scene.labels import (
     small_letters,
     text_path,
 )
-from gaitsim.render.scene.pixels import GridLines
-from gaitsim.render.scene.runner import Runner
-from gaitsim.render.scene.themes import SceneTheme
+from gaitsim.render.scene.pixels import GridLines, Pixels, shaded
+from gaitsim.render.scene.solids import discs, hull
+from gaitsim.render.scene.themes import SceneTheme, mix, rgb
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+TRAIL = 240  # number of pieces of the path behind a body
+_CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
+_CIRCLE = np.linspace(0, 2 * np.pi, 25)
+
+
+class Runner:
+    """A body with its feet, shadow and path, and a tag in a race.
+
+    Args:
+        add: function that adds an artist to the picture, with its drawing order.
+        clip: the body in motion.
+        theme: colours of the picture.
+        colour: colour of the body.
+        unit: size of the picture; see `relative_size`.
+        picture: width and height of the picture, pixels.
+    """
+
+    def __init__(
+        self,
+        add: Callable[[Any, int], Any],
+        clip: Clip,
+        theme: SceneTheme,
+        colour: str,
+        unit: float,
+        picture: tuple[int, int],
+    ) -> None:
+        from matplotlib.collections import LineCollection, PathCollection, PolyCollection
+
+        self.clip, self._picture = clip, np.array(picture)
+        self._line, self._size = 1.3 * unit, max(15 * unit, MIN_LETTERS)
+        line = self._line * POINT
+        own, ground = rgb(colour), rgb(theme.ground)
+        names = ("ground", "limb", "limb_light", "limb_edge")
+        self._colours = {name: rgb(getattr(theme, name)) for name in names}
+        self._colours["body"] = mix(own, rgb("#000000"), 0.2)
+        self._colours["body_light"] = mix(own, rgb("#ffffff"), 0.3)
+        self._colours["damaged"] = rgb(theme.damaged)
+        self._colours["damaged_light"] = mix(rgb(theme.damaged), rgb("#ffffff"), 0.3)
+        shades = mix(ground, own, np.arange(1, SHADES + 1) / SHADES)
+        self.shadow = add(PolyCollection([], facecolors=theme.shadow, edgecolors="none"), 1)
+        self.support = add(
+            PolyCollection([], facecolors=(*rgb(theme.ink), 0.09), edgecolors=theme.faint), 3
+        )
+        self.support.set_linewidths([0.8 * line])
+        self.trail = add(PathCollection([], facecolors="none", edgecolors=shades), 4)
+        self.trail.set_linewidths([2.2 * line])
+        self.stance = add(PolyCollection([], edgecolors=theme.limb_edge), 5)
+        self.stance.set_linewidths([0.6 * line])
+        self.swing = add(LineCollection([], linewidths=1.8 * line), 6)
+        self.lost = add(LineCollection([], colors=theme.damaged, linewidths=2.6 * line), 8)
+        self.pixels = None
+        if clip.skeleton.solids:
+            trunk = self._colours["body"], self._colours["body_light"]
+            damaged = self._colours["damaged"], self._colours["damaged_light"]
+            self.pixels = Pixels(clip, theme, trunk, damaged, self._line, picture)
+        self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
+        self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
+        self.names = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
+        feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
+        colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
+        side = sides(clip.skeleton.contact_names or ("",) * feet)
+        self._lost = is_damaged(clip.skeleton.contact_names or ("",) * feet, clip.skeleton.damaged)
+        self._feet = np.array([rgb(colours[one]) for one in side.tolist()]).reshape(-1, 3)
+
+    def show(self, camera: Camera, pose: Pose, reach: float, place: int) -> None:
+        """Move everything to a pose.
+
+        Args:
+            camera: camera of the picture.
+            pose: pose of the body.
+            reach: radius around the aim of the camera in which the path is drawn, pixels.
+            place: rank of the body by distance, 0 for the farthest.
+        """
+        clip = self.clip
+        for step, artist in enumerate((self.stance, self.swing, self.body)):
+            artist.set_zorder(5 + (place + step / 3) / 100)
+        self._show_trail(camera, pose, reach)
+        self._show_feet(camera, pose)
+        if clip.tag:
+            self._show_tag(camera, pose)
+        if self.pixels:
+            self.shadow.set_verts(self.pixels.shadow(camera, pose))
+            self.pixels.show(camera, pose)
+            return
+        self.shadow.set_verts(shadow(camera, clip.on_ground(pose.segments), clip.anatomy))
+        parts = body(camera, pose.segments, clip.anatomy, self._colours, self._line)
+        self.body.set_verts([part.outline for part in parts])
+        self.body.set_facecolors(np.array([part.face for part in parts]))
+        self.body.set_edgecolors(np.array([part.edge for part in parts]))
+        self.body.set_linewidths([part.width * POINT for part in parts])
+
+    def _show_tag(self, camera: Camera, pose: Pose) -> None:
+        """Write the tag above the body, or with an arrow if the body is outside the picture."""
+        places, _ = camera.project(self.clip.points(pose))
+        low, high = places.min(axis=0), places.max(axis=0)
+        at = np.array([(low[0] + high[0]) / 2, high[1] + 0.5 * self._size])
+        outside = [low[0] > self._picture[0], high[1] < 0, high[0] < 0, low[1] > self._picture[1]]
+        arrow = next((arrow for arrow, out in zip("→↓←↑", outside, strict=True) if out), "")
+        edge = 2.5 * self._size
+        across, above = np.clip(at, edge, self._picture - edge).tolist()
+        self.tag.set_paths([text_path(arrow + self.clip.tag, self._size, (across, above), 0.5)])
+
+    def _show_names(self, camera: Camera, pose: Pose) -> None:
+        """Write the name of each foot on the side that faces away from the body."""
+        places, _ = camera.project(pose.contacts)
+        if not len(pose.contacts):
+            return
+        middle, _ = camera.project(pose.contacts.mean(axis=0))
+        away = places - middle
+        away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
+        letters = 1.25 * self._size
+        places += (self.clip.mark * camera.scale + 1.1 * letters) * away - (0, 0.36 * letters)
+        names = zip(self.clip.skeleton.contact_names, places.tolist(), strict=False)
+        self.names.set_paths([text_path(name, letters, (x, y), 0.5) for name, (x, y) in names])
+
+    def _show_trail(self, camera: Camera, pose: Pose, reach: float) -> None:
+        clip = self.clip
+        trail = pose.trail if clip.flies else clip.on_ground(pose.trail)
+        seen = np.linalg.norm(trail - camera.target, axis=1) * camera.scale < reach
+        since = int(np.flatnonzero(~seen)[-1]) + 1 if not seen.all() else 0
+        since = min(since, len(trail) - 1)
+        every = np.unique(np.linspace(since, len(trail) - 1, TRAIL + 1).astype(int))
+        trail = trail[every]
+        pieces = np.stack([trail[:-1], trail[1:]], axis=1)
+        away = np.linalg.norm(pieces.mean(axis=1) - camera.target, axis=1) * camera.scale / reach
+        self.trail.set_paths(_paths_by_shade(camera, pieces, 1 - away))
+
+    def _show_feet(self, camera: Camera, pose: Pose) -> None:
+        clip, touching = self.clip, pose.touching
+        standing = clip.on_ground(pose.contacts[touching])
+        support = clip.on_ground(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
+        self.support.set_verts([camera.project(support)[0]])
+        size = clip.mark
+        self.stance.set_verts(list(camera.project(clip.on_ground(discs(standing, size)))[0]))
+        self.stance.set_facecolors(self._feet[touching])
+        swings = ~touching & ~self._lost
+        swinging, depth = camera.project(pose.contacts[swings])
+        radius = 0.75 * size * camera.scale_at(depth)
+        circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
+        if clip.named:
+            self._show_names(camera, pose)
+        self.swing.set_segments(list(swinging[:, None] + radius[:, None, None] * circle))
+        self.swing.set_colors(self._feet[swings])
+        hips, depth = camera.project(pose.contacts[self._lost])
+        arms = size * camera.scale_at(depth)[:, None, None, None] * _CROSS
+        self.lost.set_segments([*(hips[:, None, None] + arms).reshape(-1, 2, 2)])
+
+
+def _paths_by_shade(camera: Camera, pieces: Points, strength: Points) -> Sequence[Any]:
+    """Return pieces of lines (pieces, 2, 3) as one path per shade."""
+    from matplotlib.path import Path
+
+    ends, shade = shaded(camera, pieces, strength)
+    paths = []
+    for wanted in range(1, SHADES + 1):
+        points = ends[shade == wanted].reshape(-1, 2)
+        codes = np.full(len(points), Path.LINETO, dtype=Path.code_type)
+        codes[::2] = Path.MOVETO
+        paths.append(Path(points, codes))
+    return paths
 
 
 MIN_NUMBER_GAP = 70.0  # minimum pixels between numbers

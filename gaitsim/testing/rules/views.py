@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gaitsim.contracts import Measure, Motion, Organism, Rig, Skeleton
-from gaitsim.contracts.solid import SkeletonError
+from gaitsim.contracts.rig import SkeletonError
 from gaitsim.testing.report import Finding, error
 from gaitsim.testing.rules.common import same
 

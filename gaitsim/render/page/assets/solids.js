@@ -74,7 +74,7 @@ class Solids {
 
 /**
  * Return the surface of a solid in its own frame.
- * @param {object} solid solid with sizes as in gaitsim/contracts/solid.py
+ * @param {object} solid solid with sizes as in gaitsim/contracts/rig.py
  */
 function solidGeometry({ shape, size, vertices, faces }) {
   if (shape === "box") return polyhedron(...boxOf(size));
