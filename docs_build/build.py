@@ -31,7 +31,7 @@ API = {
             "gaitsim.api.evolve",
             "gaitsim.evaluating.evaluate",
             "gaitsim.api.load",
-            "gaitsim.exporting.export",
+            "gaitsim.actions.export.export",
             "gaitsim.api.picture",
             "gaitsim.api.view",
             "gaitsim.api.Search",

@@ -3,6 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from gaitsim.actions.export import export as export
     from gaitsim.api import Run as Run
     from gaitsim.api import Search as Search
     from gaitsim.api import evolve as evolve
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
     from gaitsim.experiment import Experiment as Experiment
     from gaitsim.experiment import load_atlas as load_atlas
     from gaitsim.experiment import load_experiment as load_experiment
-    from gaitsim.exporting import export as export
     from gaitsim.imitation.imitating import imitate as imitate
     from gaitsim.individual import Individual as Individual
     from gaitsim.individual import Member as Member
@@ -50,7 +50,7 @@ _MODULES = {
     "compare": "gaitsim.comparing",
     "evaluate": "gaitsim.evaluating",
     "evolve": "gaitsim.api",
-    "export": "gaitsim.exporting",
+    "export": "gaitsim.actions.export",
     "imitate": "gaitsim.imitation.imitating",
     "load": "gaitsim.api",
     "load_atlas": "gaitsim.experiment",

@@ -1,4 +1,4 @@
-"""Allowed values of options of commands, dialogs and Python functions.
+"""Allowed values of options that several modules share.
 
 This module imports nothing heavy, so that `--help` stays fast.
 """
@@ -6,30 +6,9 @@ This module imports nothing heavy, so that `--help` stays fast.
 from typing import Literal
 
 GaitFormat = Literal["mat", "csv", "npz"]
-CalibratedFormat = Literal["arduino", "dynamixel", "feetech"]
-ServoFormat = Literal["servo", CalibratedFormat]
-RosFormat = Literal["ros2", "rosbag2"]
-ExportFormat = Literal[GaitFormat, ServoFormat, RosFormat, "html", "atlas", "glb", "tensorboard"]
 PlotFormat = Literal["png", "svg", "pdf"]
 VideoFormat = Literal["mp4", "gif"]
 
-PlotKind = Literal[
-    "fitness",
-    "terms",
-    "diversity",
-    "genome",
-    "runs",
-    "search",
-    "front",
-    "archive",
-    "gaits",
-    "path",
-    "channel",
-    "footfall",
-    "phase",
-    "joints",
-    "stability",
-]
 ComparisonPlot = Literal["convergence", "ecdf"]
 Theme = Literal["light", "dark"]
 VideoView = Literal["iso", "side", "top", "orbit"]

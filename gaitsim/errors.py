@@ -81,6 +81,10 @@ class RunError(GaitsimError):
     """The run folder cannot be created, read, written or resumed."""
 
 
+class NothingToPlotError(GaitsimError):
+    """A run, body or motion lacks the data for a kind of plot."""
+
+
 class CheckpointError(RunError):
     """A checkpoint is missing, damaged, hostile, of the wrong kind or in another format."""
 

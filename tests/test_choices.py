@@ -4,18 +4,16 @@ from typing import get_args
 
 import pytest
 
-from gaitsim import choices, exporting, network
+from gaitsim import choices, network
 from gaitsim.imitation import learning
 from gaitsim.render import film, scene
 from gaitsim.render.plots import style
-from gaitsim.render.plots.kinds import KINDS
 from gaitsim.render.terminal.body import NAMED
 
 
 @pytest.mark.parametrize(
     ("chosen", "there"),
     [
-        (choices.PlotKind, KINDS),
         (choices.Theme, style.THEMES),
         (choices.Theme, scene.THEMES),
         (choices.VideoView, scene.VIEWS),
@@ -23,7 +21,6 @@ from gaitsim.render.terminal.body import NAMED
         (choices.VideoFormat, film.FPS),
         (choices.VideoFormat, film.SIZES),
         (choices.TrainingPreset, learning.SETTINGS),
-        (choices.ExportFormat, exporting.FORMATS),
     ],
 )
 def test_choices_equal_the_implementations(chosen, there):

@@ -45,6 +45,7 @@ app = group(
         "robots": "Check robot files, and list the installed robots and servos.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
+    ("analyse", "differences", "export", "imitate", "play", "plot", "share", "video"),
     name="gaitsim",
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,

@@ -1,6 +1,6 @@
 """Print an archive as a map."""
 
-from gaitsim.cli.characters import lines
+from gaitsim.console.characters import lines
 from gaitsim.console.printing import output
 from gaitsim.console.streams import results
 from gaitsim.contracts import Members

@@ -1,9 +1,11 @@
 """`gaitsim atlas`."""
 
+import math
 from typing import Annotated
 
 import typer
 
+from gaitsim.actions.action import parse_pairs
 from gaitsim.cli.options import (
     Dask,
     Detach,
@@ -17,8 +19,8 @@ from gaitsim.cli.options import (
     Set,
     Workers,
 )
-from gaitsim.cli.parsing import parse_axes, parse_cells
 from gaitsim.console.printing import status
+from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible
 
 
@@ -82,3 +84,37 @@ def atlas(
     start = starting_individual(loaded, from_)
     with chosen_place(dask, workers, detach=detach) as place:
         evolve_run(RunSnapshot(create_run(loaded, out, start)), place, workers=workers, json=json)
+
+
+def parse_axes(text: str | None) -> dict[str, tuple[float, float] | None] | None:
+    """Return the ends of each axis of `--axes NAME=LOW:HIGH,…`; None for a name without ends."""
+    if text is None:
+        return None
+    allowed = "NAME=LOW:HIGH,… with LOW below HIGH, such as forward=0:2"
+    found: dict[str, tuple[float, float] | None] = {}
+    for name, ends in parse_pairs(text, "--axes", allowed).items():
+        try:
+            low, high = (float(end) for end in ends.split(":")) if ends else (0.0, 1.0)
+            if not -math.inf < low < high < math.inf:
+                raise ValueError
+        except ValueError:
+            raise GaitsimError(
+                f"invalid range for the axis {name!r}: {ends!r}", where="--axes", allowed=allowed
+            ) from None
+        found[name] = (low, high) if ends else None
+    return found
+
+
+def parse_cells(text: str | None) -> int | tuple[int, ...] | None:
+    """Return the number of cells of `--cells 5000`, or the counts per axis of `--cells 40x30`."""
+    if text is None:
+        return None
+    parts = text.lower().replace("×", "x").split("x")
+    if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
+        raise GaitsimError(
+            f"invalid number of cells: {text!r}",
+            where="--cells",
+            allowed="a number of Voronoi cells, such as 5000, or one count per axis of a grid, "
+            "such as 40x30",
+        )
+    return int(text) if len(parts) == 1 else tuple(map(int, parts))

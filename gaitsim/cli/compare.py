@@ -99,7 +99,7 @@ def compare(
     """
     from gaitsim.cli.cluster import cluster
     from gaitsim.cli.compare_worlds import rank_runs
-    from gaitsim.cli.unseen import check_worlds
+    from gaitsim.console.unseen import check_worlds
     from gaitsim.experiment import parse_assignments
     from gaitsim.runs.files.lock import RunLock
     from gaitsim.study.comparison import (

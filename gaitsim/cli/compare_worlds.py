@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping, Sequence
 
-from gaitsim.cli.unseen import evaluate_with_progress
 from gaitsim.console.printing import notice, output, print_json, print_table
+from gaitsim.console.unseen import evaluate_with_progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges
 from gaitsim.gait.unseen import UnseenResults

@@ -32,6 +32,16 @@ def study_names(incomplete: str) -> list[str]:
     return _matching(incomplete, entries(STUDIES))
 
 
+def plot_kinds(incomplete: str) -> list[str]:
+    """Return the kinds of plots with this prefix."""
+    return _matching(incomplete, [*entries("plot"), "all"])
+
+
+def export_formats(incomplete: str) -> list[str]:
+    """Return the formats of exports with this prefix."""
+    return _matching(incomplete, entries("exporter"))
+
+
 def plugin_names(incomplete: str) -> list[str]:
     """Return the names of plugins of all kinds with this prefix, without importing them."""
     return _matching(incomplete, sorted({name for kind in KINDS for name in entries(kind)}))

@@ -4,7 +4,7 @@ import gc
 import inspect
 import re
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib import import_module
 from types import ModuleType
 from typing import Any, ClassVar, get_args
@@ -85,10 +85,13 @@ class LazyGroup(TyperGroup):
         package: package of the commands. Its module `name` holds the function `name` (or
             `name_`, if Python uses the name), or the Typer app `app` of a nested group.
         lines: one line of help by command name, equal to the start of the command's docstring.
+        actions: commands that are generated from `ACTION` in the module of their name in
+            `gaitsim.actions`.
     """
 
     package: ClassVar[str]
     lines: ClassVar[Mapping[str, str]]
+    actions: ClassVar[Collection[str]]
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
@@ -109,8 +112,13 @@ class LazyGroup(TyperGroup):
         return name, stub and self.load(str(name)), rest
 
     def load(self, name: str) -> Any:
-        """Import a command."""
-        found = vars(import_module(f"{self.package}.{name}"))
+        """Import a command, or generate it from the model of an action."""
+        if name in self.actions:
+            from gaitsim.cli.generate import command
+
+            found: dict[str, Any] = {name: command(import_module(f"gaitsim.actions.{name}").ACTION)}
+        else:
+            found = vars(import_module(f"{self.package}.{name}"))
         app = found.get("app")
         if app is None:
             app = typer.Typer(rich_markup_mode="rich", add_completion=False)
@@ -118,9 +126,12 @@ class LazyGroup(TyperGroup):
         return get_command(app)
 
 
-def group(package: str, lines: Mapping[str, str], **settings: Any) -> typer.Typer:
+def group(
+    package: str, lines: Mapping[str, str], actions: Collection[str] = (), **settings: Any
+) -> typer.Typer:
     """Return the Typer app for the commands of a package; see `LazyGroup`."""
-    kind = type("Group", (LazyGroup,), {"package": package, "lines": lines})
+    values = {"package": package, "lines": lines, "actions": actions}
+    kind = type("Group", (LazyGroup,), values)
     return typer.Typer(cls=kind, no_args_is_help=True, **settings)
 
 

@@ -24,55 +24,6 @@ RunOrCode = Annotated[
         autocompletion=completion.run_names,
     ),
 ]
-BestOf = Annotated[
-    int | None,
-    typer.Option(
-        min=1,
-        help="Use the best individual of this generation. Default: the champion, the best "
-        "individual of the run.",
-    ),
-]
-MemberOf = Annotated[
-    str | None,
-    typer.Option(
-        "--member",
-        metavar="N|NAME=VALUE,…",
-        help="Use this member of the front or archive (see 'gaitsim members'), or the best "
-        "member near the given values, such as 'duty factor L2=0'.",
-    ),
-]
-Damage = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--damage",
-        metavar="TEXT",
-        help="Simulate damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'; may be "
-        "repeated.",
-    ),
-]
-World = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--world",
-        metavar="TEXT",
-        help="Set a condition of the world, such as 'friction 0.4'; may be repeated. "
-        "Available conditions: 'gaitsim plugins show BODY'.",
-    ),
-]
-Engine = Annotated[
-    str | None,
-    typer.Option(metavar="NAME", help="Physics engine for the robot, such as 'bullet'."),
-]
-Worlds = Annotated[
-    int | None,
-    typer.Option(
-        "--worlds",
-        metavar="N",
-        help="Evaluate the gait in N unseen worlds, such as 100: worlds with randomly drawn "
-        "conditions. Report how far it moves, how often it falls, and which condition "
-        "harms it most.",
-    ),
-]
 WorldSeed = Annotated[
     int | None,
     typer.Option(help="Seed for drawing the worlds of --worlds. Default: 0.", show_default=False),
@@ -106,10 +57,6 @@ RunFolder = Annotated[
         metavar="FOLDER",
         help="Folder of the run. Default: a folder in runs/ named after the experiment.",
     ),
-]
-ExportFile = Annotated[
-    Path | None,
-    typer.Option(help="File to write. Default: a file in the run's exports folder."),
 ]
 Set = Annotated[
     list[str] | None,

@@ -69,13 +69,13 @@ def run(
 
     gaitsim run walker --dask tcp://host:8786
     """
-    from gaitsim.cli.codes import read_challenge
     from gaitsim.cli.evolving import (
         chosen_place,
         command_line_options,
         evolve_run,
         starting_individual,
     )
+    from gaitsim.console.codes import read_challenge
     from gaitsim.experiment import load_experiment
     from gaitsim.runs.creation import create_run
     from gaitsim.runs.snapshot import RunSnapshot

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import toml
-from gaitsim.cli.unseen import evaluate_champion
+from gaitsim.console.unseen import evaluate_champion
 from gaitsim.console.printing import notice, output, print_json, print_table
 from gaitsim.errors import MissingFunctionError, RunError
 from gaitsim.evaluation.worlds import ranges_of

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from gaitsim.actions.action import not_combinable, parse_generations
 from gaitsim.cli.options import Json, RunOrCode, Workers
-from gaitsim.cli.parsing import not_combinable, parse_generations
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, print_json, status
 from gaitsim.console.progress_bar import Progress
@@ -69,7 +69,7 @@ def verify(
 
     gaitsim share spider | gaitsim verify -
     """
-    from gaitsim.cli.codes import read_challenge
+    from gaitsim.console.codes import read_challenge
     from gaitsim.runs.snapshot import RunSnapshot
     from gaitsim.runs.verification import verify as verify_generations
 

@@ -15,11 +15,16 @@ def option(
     gt: float | None = None,
     le: float | None = None,
     lt: float | None = None,
+    unset: str = "",
+    allowed: str = "",
+    placeholder: str = "",
+    flag: str = "",
+    completion: str = "",
 ) -> Any:
-    """Declare one option of a plugin: its default, description, unit and bounds.
+    """Declare one option of a plugin or an action: its default, description, unit and bounds.
 
-    The declaration is used to validate experiment files and `--set`, to build forms, and to
-    document the option.
+    The declaration is used to validate experiment files and the command line, to build flags and
+    forms, and to document the option.
 
     Args:
         default: value if the option is not set.
@@ -29,9 +34,27 @@ def option(
         gt: bound that the value must exceed.
         le: largest value allowed.
         lt: bound that the value must stay below.
+        unset: description of the default, if the default is None.
+        allowed: description of the allowed values, if the type and the bounds do not suffice.
+        placeholder: placeholder of the value in the help of commands, such as 'START:END'.
+        flag: flag of the option on the command line; `''` for `--name`.
+        completion: name of the function in `gaitsim.cli.completion` that completes the value.
     """
+    more = {
+        "unset": unset,
+        "allowed": allowed,
+        "placeholder": placeholder,
+        "flag": flag,
+        "completion": completion,
+    }
     return Field(
-        default, description=help, json_schema_extra={"unit": unit}, ge=ge, gt=gt, le=le, lt=lt
+        default,
+        description=help,
+        json_schema_extra={"unit": unit, **{name: text for name, text in more.items() if text}},
+        ge=ge,
+        gt=gt,
+        le=le,
+        lt=lt,
     )
 
 

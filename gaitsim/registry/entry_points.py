@@ -28,6 +28,8 @@ if TYPE_CHECKING:
 
 KINDS = ("organism", "fitness", "search", "selection", "crossover", "mutation")
 """The kinds of plugin; the last three are the operators of a search that uses them."""
+PRODUCTS = ("plot", "exporter")
+"""The kinds of plugin that make files from runs; experiments do not name them."""
 EXPERIMENTS = "experiments"
 STUDIES = "studies"
 FILES = "files"
@@ -41,7 +43,7 @@ class Entry:
     """One name that a package registers.
 
     Attributes:
-        kind: one of `KINDS`, `EXPERIMENTS`, `STUDIES` or `FILES`.
+        kind: one of `KINDS`, `PRODUCTS`, `EXPERIMENTS`, `STUDIES` or `FILES`.
         name: name that a user types.
         target: object to import, `module:Class`.
         package: distribution that registers the name.
@@ -75,10 +77,17 @@ class Entry:
         return self.target
 
 
+_NOUNS = {
+    EXPERIMENTS: "experiment",
+    STUDIES: "study",
+    FILES: "format",
+    "plot": "kind of plot",
+    "exporter": "format",
+}
 Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
-_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, EXPERIMENTS, STUDIES, FILES)}
+_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, *PRODUCTS, EXPERIMENTS, STUDIES, FILES)}
 
 
 def entries(kind: str) -> Entries:
@@ -165,9 +174,7 @@ def find(kind: str, name: str) -> Entry:
     if name.startswith(PYTHON) and kind in KINDS:
         return find_registered(kind, name)
     known = entries(kind)
-    what = {EXPERIMENTS: "experiment", STUDIES: "study", FILES: "format"}.get(
-        kind, f"{kind} plugin"
-    )
+    what = _NOUNS.get(kind, f"{kind} plugin")
     if name not in known:
         raise PluginError(
             f"unknown {what} {name!r}",

@@ -1,11 +1,12 @@
 """Load plugin classes, validated against their contracts, and the TOML files of packages."""
 
+from collections.abc import Mapping
 from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.errors import GaitsimError, PluginError, unknown
 from gaitsim.registry.entry_points import (
     EXPERIMENTS,
     Entry,
@@ -19,7 +20,7 @@ from gaitsim.registry.entry_points import (
 from gaitsim.registry.kernel_cache import allow_missing_cache
 
 if TYPE_CHECKING:
-    from gaitsim.contracts import Plugin
+    from gaitsim.contracts import Plugin, Product
 
 
 def load_class(kind: str, name: str) -> "type[Plugin]":
@@ -103,3 +104,24 @@ def _read(entry: Entry, file: str) -> str | None:
 
     resource = files(entry.target) / file
     return resource.read_text(encoding="utf-8-sig") if resource.is_file() else None
+
+
+def products(kind: str) -> "dict[str, type[Product]]":
+    """Return the plugins of a kind that can be loaded, by name, grouped as in menus."""
+    found: dict[str, type[Product]] = scan(kind)[0]  # type: ignore[assignment]
+    return dict(sorted(found.items(), key=lambda item: (item[1].input != "run", item[1].group)))
+
+
+def load_product(kind: str, name: str, options: Mapping[str, Any]) -> "Product":
+    """Return a plugin with the options of a Python function.
+
+    Raises:
+        GaitsimError: the plugin is unknown, does not have an option, or an option is invalid.
+    """
+    from gaitsim.registry.options import validated
+
+    product: type[Product] = load_class(kind, name)  # type: ignore[assignment]
+    for option in options:
+        if option not in product.model_fields:
+            raise unknown(f"option of {name!r}", option, product.model_fields)
+    return validated(product, options)

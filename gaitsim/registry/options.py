@@ -4,17 +4,18 @@ import types
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from enum import Enum
-from typing import Annotated, Any, Literal, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel
+from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from gaitsim.contracts import Channel, GenomeSpace, Plugin
-from gaitsim.errors import GaitsimError
+from gaitsim.contracts.product import TWO
+from gaitsim.errors import GaitsimError, nearest
 from gaitsim.toml import brief, is_long, literal, parse
 from gaitsim.toml import text as toml_text
 
+T = TypeVar("T", bound=BaseModel)
 NOT_SET = "none"
 """The value that unsets an option, as TOML has no null."""
 
@@ -36,15 +37,22 @@ _BOUNDS = {
 }
 
 
+def declared(field: FieldInfo, name: str) -> str:
+    """Return an argument of the declaration of an option, such as its unit; '' for none."""
+    extra = field.json_schema_extra
+    return str(extra.get(name, "")) if isinstance(extra, dict) else ""
+
+
 def unit(field: FieldInfo) -> str:
     """Return the unit of an option; '' for none."""
-    extra = field.json_schema_extra
-    return str(extra.get("unit", "")) if isinstance(extra, dict) else ""
+    return declared(field, "unit")
 
 
 def type_and_bounds(field: FieldInfo) -> str:
     """Return the type and bounds of an option, such as 'a number ≥ 0.2 and ≤ 5'."""
-    return f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
+    return (
+        declared(field, "allowed") or f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
+    )
 
 
 def allowed(field: FieldInfo) -> str:
@@ -54,7 +62,8 @@ def allowed(field: FieldInfo) -> str:
 
 def meaning(field: FieldInfo) -> str:
     """Return the description of an option on one line; '' if it has none."""
-    return " ".join((field.description or "").split())
+    default = declared(field, "unset")
+    return " ".join((field.description or "").split()) + (f"; none: {default}" if default else "")
 
 
 def default(field: FieldInfo) -> str:
@@ -116,7 +125,7 @@ def _choices(annotation: Any) -> Iterator[Any]:
         yield from (member.value for member in annotation)
 
 
-def _members(field: FieldInfo) -> list[Any]:
+def members(field: FieldInfo) -> list[Any]:
     """Return the type of an option, or the types of a union."""
     annotation = field.annotation
     union = get_origin(annotation) in (Union, types.UnionType)
@@ -125,7 +134,7 @@ def _members(field: FieldInfo) -> list[Any]:
 
 def string_choices(field: FieldInfo) -> list[str]:
     """Return the strings among the choices of an option."""
-    found = [choice for member in _members(field) for choice in _choices(member)]
+    found = [choice for one in members(field) for choice in _choices(one)]
     return [choice for choice in found if isinstance(choice, str)]
 
 
@@ -133,15 +142,14 @@ def choices(field: FieldInfo) -> list[str]:
     """Return the choices of an option as `--set` reads them; [] if it also takes other values."""
     if field.annotation is bool:
         return ["true", "false"]
-    members = [member for member in _members(field) if member is not type(None)]
-    found = [list(_choices(member)) for member in members]
+    found = [list(_choices(one)) for one in members(field) if one is not type(None)]
     listed = [format_value(field, choice) for choices in found for choice in choices]
     return [*listed, *([NOT_SET] * optional(field))] if all(found) else []
 
 
 def optional(field: FieldInfo) -> bool:
     """Return whether an option may be unset."""
-    return type(None) in _members(field)
+    return type(None) in members(field)
 
 
 def format_value(field: FieldInfo, value: Any) -> str:
@@ -184,14 +192,14 @@ def convert_value(field: FieldInfo, value: Any, typed: str | None) -> Any:
         value: value as TOML reads it.
         typed: text on the command line; None for a value from a file.
     """
-    members = _members(field)
+    types = members(field)
     if isinstance(value, str):
-        if value.lower() == NOT_SET and type(None) in members:
+        if value.lower() == NOT_SET and type(None) in types:
             return None
-        if typed is not None and float in members and str not in members:
+        if typed is not None and float in types and str not in types:
             with suppress(ValueError):
                 return float(value)  # Python reads '.5' as a number, TOML does not
-    elif typed is not None and (typed in string_choices(field) or members == [str]):
+    elif typed is not None and (typed in string_choices(field) or types == [str]):
         return typed
     return value
 
@@ -203,10 +211,12 @@ PLUGIN = "plugin"
 """The key that names the plugin in a section of an experiment; no option can have that name."""
 
 
-def problems(kind: str, plugin: type[Plugin]) -> list[str]:
+def problems(kind: str, plugin: type[BaseModel]) -> list[str]:
     """Return the errors in a plugin class, one sentence each."""
     found = []
     if kind == "organism":
+        from gaitsim.contracts import Channel
+
         channels = getattr(plugin, "channels", None)
         if not (
             isinstance(channels, Mapping)
@@ -248,4 +258,63 @@ def _are_strings(names: Any) -> bool:
 
 
 def _is_space(thing: object) -> bool:
+    from gaitsim.contracts import GenomeSpace
+
     return isinstance(thing, type) and issubclass(thing, GenomeSpace)
+
+
+def flag(name: str, field: FieldInfo) -> str:
+    """Return the flag of an option, such as '--keyframe-ms'."""
+    return declared(field, "flag") or f"--{name.replace('_', '-')}"
+
+
+def value_type(field: FieldInfo) -> Any:
+    """Return the type of an option on the command line.
+
+    It is `list[str]` for a flag that may be repeated, `tuple[str, str]` for one with two values,
+    and `str` for values that a validator of the option parses.
+    """
+    found = [one for one in members(field) if one is not type(None)]
+    annotation, *more = get_args(found[0]) if get_origin(found[0]) is Annotated else found
+    more += [one for one in field.metadata if isinstance(one, BeforeValidator)]
+    if not more:
+        return annotation
+    if annotation != tuple[str, ...]:
+        return str
+    return tuple[str, str] if TWO in more else list[str]
+
+
+def read_options(
+    model: type[T], given: Mapping[str, Any]
+) -> tuple[T | None, dict[str, GaitsimError]]:
+    """Validate options; return them, or None and the errors by the name of the option."""
+    try:
+        return model.model_validate(given), {}
+    except ValidationError as error:
+        wrong = {str(detail["loc"][0]): detail["input"] for detail in error.errors()}
+    except GaitsimError as error:
+        names = {flag(name, field): name for name, field in model.model_fields.items()}
+        return None, {names.get(error.where, ""): error}
+    found = {}
+    for name in wrong:
+        field = model.model_fields[name]
+        known, value = string_choices(field), given.get(name, "")
+        found[name] = GaitsimError(
+            f"invalid {flag(name, field)}: {value!r}",
+            where=flag(name, field),
+            allowed=", ".join(known) or allowed(field),
+            remedy=nearest(str(value), known),
+        )
+    return None, found
+
+
+def validated(model: type[T], given: Mapping[str, Any]) -> T:
+    """Return validated options.
+
+    Raises:
+        GaitsimError: an option is invalid.
+    """
+    found, problems = read_options(model, given)
+    if found is None:
+        raise next(iter(problems.values()))
+    return found

@@ -4,11 +4,11 @@ import warnings
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from gaitsim.contracts import Plot, Subject
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.individual import Individual, Which
-from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
@@ -120,49 +120,36 @@ class RunViews:
         kind: str = "fitness",
         *,
         generations: Sequence[Which] = (),
-        channel: str | None = None,
-        components: Sequence[str] = (),
-        window: tuple[float, float] | None = None,
-        beside: Sequence[str | Path] = (),
-        axes: Sequence[str] = (),
         dark: bool = False,
+        **options: Any,
     ) -> "Figure":
         """Return a plot, like the command `gaitsim plot`.
 
         Args:
-            kind: 'fitness', 'terms', 'diversity', 'genome', 'runs', 'search', 'front',
-                'archive', 'gaits', 'path', 'channel', 'footfall', 'phase', 'joints' or 'stability'.
+            kind: a kind listed by `gaitsim plot --help`, such as 'fitness' or 'footfall'.
             generations: generations whose best individuals to draw, or members such as
                 `gs.Member(3)`; () for the champion.
-            channel: channel of the motion, for the kinds 'channel' and 'joints'.
-            components: names of components of the channel; () draws all.
-            window: start and end of the part of the motion to draw, in seconds.
-            beside: names or folders of other runs to compare with, for the kind 'runs'.
-            axes: two axes of an archive, for the kind 'archive'; () draws all pairs.
             dark: whether the background is dark.
+            **options: options of the kind, such as `channel`, `components` (a sequence of names),
+                `window` (start and end in seconds), `beside` (names or folders of other runs) and
+                `axes` (two axes of an archive); `gaitsim plugins show KIND` lists them.
 
         Returns:
             The figure, which notebooks show and `savefig` writes.
 
         Raises:
-            GaitsimError: the kind is unknown, or the run or its body lacks the data for it.
+            GaitsimError: the kind or an option is unknown, or the run or its body lacks the data.
         """
-        from gaitsim.render.plots.kinds import KINDS
-        from gaitsim.render.plots.request import Request
-        from gaitsim.render.plots.style import DARK, LIGHT
+        from gaitsim.registry.loading import load_product
+        from gaitsim.render.plots.style import THEMES
 
-        if kind not in KINDS:
-            raise unknown("kind of plot", kind, KINDS)
-        theme = DARK if dark else LIGHT
+        plot = load_product("plot", kind, options | ({"theme": "dark"} if dark else {}))
+        assert isinstance(plot, Plot)
+        run = self.snapshot
         individuals: tuple[Individual, ...] = ()
-        if KINDS[kind].shows_motion:
-            individuals = tuple(self.snapshot.individual(one) for one in generations or (None,))
-        shown = tuple(components)
-        others = tuple(RunSnapshot(find_run(str(one))) for one in beside)
-        figure = KINDS[kind].draw(
-            Request(self.snapshot, individuals, channel, shown, window, theme, others, tuple(axes))
-        )
-        return enable_notebook_display(figure, theme)
+        if plot.input != "run":
+            individuals = tuple(run.individual(one) for one in generations or (None,))
+        return enable_notebook_display(plot.draw(Subject(run, individuals)), THEMES[plot.theme])
 
     def video(
         self,

@@ -1,188 +1,204 @@
-"""The products that can be exported from a run: their commands and options.
+"""What can be exported from a run: plots, files and other products, as forms and commands.
 
-Options are declared like those of plugins, so the same forms show them.
+The forms come from the same declarations as the commands.
 """
 
-from collections.abc import Callable, Mapping
+import shlex
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Any
 
-from pydantic import ValidationError
+from pydantic import BaseModel
 from pydantic.fields import FieldInfo
 
-from gaitsim.choices import PlotKind
+from gaitsim.actions.action import Action, SeveralIndividuals
+from gaitsim.actions.analyse import Analyse
+from gaitsim.actions.differences import Differences
+from gaitsim.actions.imitate import Imitate
+from gaitsim.actions.plot import ALL, MakePlot
+from gaitsim.actions.products import SWITCHES, fields, fields_of_all
+from gaitsim.actions.video import MakeVideo
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import options
-from gaitsim.tui.imitation_options import Imitator
-from gaitsim.tui.product_options import (
-    Analysis,
-    Archive,
-    Bag,
-    BodyFile,
-    CalibratedFile,
-    Differences,
-    Events,
-    GaitFile,
-    Page,
-    Plot,
-    RobotFile,
-    Servo,
-    Settings,
-    Template,
-    Video,
-)
+from gaitsim.registry import load_class, options
+from gaitsim.registry.loading import products
+from gaitsim.registry.options import declared, flag, read_options, value_type
+from gaitsim.runs.files.folder import EXPORTS
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
 
-Check = Callable[["Individual"], object]
+_HIDDEN = ("out", "json_lines")  # options that forms do not show
 
 
 @dataclass(frozen=True)
-class Product:
-    """An export of a run.
+class CommandForm:
+    """A command with a form.
 
     Attributes:
         title: name in a list.
         command: words of the command, without the run.
-        model: options of the command.
-        kind: kind of plot; '' for other products.
+        action: model of the command's options; None for a plot or an export.
+        plugin: kind and name of the plugin of a plot or an export.
     """
 
     title: str
     command: tuple[str, ...]
-    model: type[Settings]
-    kind: str = ""
+    action: type[Action] | None = None
+    plugin: tuple[str, str] = ("", "")
 
     def fields(self) -> dict[str, FieldInfo]:
-        """Return the options that the command reads, by name."""
-        known = self.model.model_fields
-        if self.model is not Plot:
-            return known
-        from gaitsim.render.plots.kinds import ALL_OPTIONS, KINDS
+        """Return the options of the form by name."""
+        if self.action is not None:
+            known = self.action.model_fields
+            return {
+                name: field
+                for name, field in known.items()
+                if name not in _HIDDEN and declared(field, "argument") != "hidden"
+            }
+        kind, name = self.plugin
+        found = fields_of_all(kind) if name == ALL else fields(load_class(kind, name))  # type: ignore[arg-type]
+        return found | ({"format": MakePlot.model_fields["format"]} if kind == "plot" else {})
 
-        read = KINDS[self.kind].options if self.kind in KINDS else ALL_OPTIONS
-        return {n: f for n, f in known.items() if n in ("theme", "format") or f"--{n}" in read}
+    def read(
+        self, run: Path | None, texts: Mapping[str, str]
+    ) -> tuple[tuple[str, ...], dict[str, GaitsimError]]:
+        """Read typed options; return the arguments of `gaitsim`, or () and the problems by name."""
+        known = self.fields()
+        typed = {name: text.strip() for name, text in texts.items() if name in known}
+        values = {name: _value(known[name], text) for name, text in typed.items()}
+        given = {name: value for name, value in values.items() if value is not None}
+        problems: dict[str, GaitsimError] = {}
+        for model in self._models():
+            own = {name: value for name, value in given.items() if name in model.model_fields}
+            hidden = {
+                name: str(run)
+                for name, field in model.model_fields.items()
+                if declared(field, "argument") and name not in own
+            }
+            problems |= read_options(model, hidden | own)[1]
+        for name, field in known.items():
+            needed = declared(field, "argument") and (run is None or value_type(field) == list[str])
+            if needed and not given.get(name):
+                problems[name] = GaitsimError(f"invalid {name}: ''", allowed="a value")
+        if problems:
+            return (), problems
+        return self._arguments(run, known, typed), {}
 
-    def arguments(self, run: Path, settings: Settings) -> tuple[str, ...]:
-        """Return the arguments of `gaitsim`."""
+    def _models(self) -> tuple[type[BaseModel], ...]:
+        if self.action is not None:
+            return (self.action,)
+        kind, name = self.plugin
+        names = list(products(kind)) if name == ALL else [name]
+        return SeveralIndividuals, *(load_class(kind, one) for one in names)
+
+    def _arguments(
+        self, run: Path | None, known: Mapping[str, FieldInfo], typed: Mapping[str, str]
+    ) -> tuple[str, ...]:
         verb, *more = self.command
-        return (verb, str(settings.subject(run)), *more, *settings.arguments(run))
+        subjects, flags = [str(run)] * (run is not None), list[str]()
+        for name, text in typed.items():
+            field = known[name]
+            word, kind = flag(name, field), value_type(field)
+            if text in ("", default(field)):
+                continue
+            if declared(field, "argument"):
+                subjects = [*subjects, *split_words(text)] if kind == list[str] else [text]
+            elif kind is bool:
+                flags.append(word if text == "true" else f"--no-{word[2:]}")
+            elif kind == list[str]:
+                flags += [f"{word}={one}" for one in split_names(text)]
+            elif kind == tuple[str, str]:
+                flags += [word, *split_names(text)]
+            elif kind is Path and run is not None and Path(text).name == text:
+                flags += [word, str(run / EXPORTS / text)]
+            else:
+                flags += [word, text]
+        return (verb, *subjects, *more, *flags)
 
-    def read(self, texts: Mapping[str, str]) -> tuple[Settings | None, dict[str, GaitsimError]]:
-        """Read typed options; return them, or None and the problems by name."""
-        fields = self.fields()
-        typed = {name: text.strip() for name, text in texts.items() if name in fields}
-        try:
-            return self.model.model_validate(
-                {name: _value(fields[name], text) for name, text in typed.items()}
-            ), {}
-        except ValidationError as error:
-            names = dict.fromkeys(str(detail["loc"][0]) for detail in error.errors())
-        return None, {
-            name: GaitsimError(
-                f"invalid {name}: {typed.get(name, '')!r}",
-                allowed=options.type_and_bounds(fields[name]) if typed.get(name) else "a value",
-            )
-            for name in names
-        }
+    def check(self, individual: "Individual") -> None:
+        """Check that the product can be made from an individual and its run.
+
+        Raises:
+            GaitsimError: data are missing, or a package that is needed is not installed.
+        """
+        kind, name = self.plugin
+        if self.action is not None:
+            self.action.check(individual)
+        elif name != ALL:
+            load_class(kind, name)().check(individual)  # type: ignore[attr-defined]
 
 
 def default(field: FieldInfo) -> str:
     """Return the text of an option's default."""
-    return options.format_value(field, field.get_default())
+    return "" if field.is_required() else options.format_value(field, field.get_default())
 
 
 def _value(field: FieldInfo, text: str) -> Any:
-    texts = str in (field.annotation, *get_args(field.annotation))
+    """Return a typed value; None for an option that is not set."""
+    if not text or (text == options.NOT_SET and options.optional(field)):
+        return None
+    kind = value_type(field)
+    if kind == list[str] and declared(field, "argument"):
+        return tuple(split_words(text))
+    texts = kind in (str, Path, list[str], tuple[str, str])
     return options.convert_value(field, text if texts else options.parse_value(text), text)
 
 
-PLOTS = {
-    "fitness": "Fitness curve",
-    "terms": "Terms of the score",
-    "diversity": "Diversity",
-    "genome": "Best genomes over time",
-    "runs": "Comparison of runs",
-    "search": "Progress of the search",
-    "front": "Pareto front",
-    "archive": "Archive map",
-    "gaits": "Best gait per pattern",
-    "path": "Path in 3D",
-    "channel": "Channel of the motion",
-    "footfall": "Footfalls",
-    "phase": "Phases of the feet",
-    "joints": "Joint angles",
-    "stability": "Stability margin",
-}
-GROUPS: dict[str, tuple[Product, ...]] = {
-    "Gait": (
-        Product("Gait file", ("export",), GaitFile),
-        Product("Servo keyframes", ("export", "--format", "servo"), Servo),
-        Product("Arduino sketch", ("export", "--format", "arduino"), CalibratedFile),
-        Product("Dynamixel positions", ("export", "--format", "dynamixel"), CalibratedFile),
-        Product("Feetech positions", ("export", "--format", "feetech"), CalibratedFile),
-        Product("ROS 2 trajectory", ("export", "--format", "ros2"), RobotFile),
-        Product("ROS 2 bag", ("export", "--format", "rosbag2"), Bag),
-        Product("Calibration template", ("export",), Template),
-    ),
-    "Plot": (
-        *(
-            Product(PLOTS.get(kind, kind.capitalize()), ("plot", "--kind", kind), Plot, kind)
-            for kind in get_args(PlotKind)
-        ),
-        Product("All plots", ("plot", "--kind", "all"), Plot, "all"),
-    ),
-    "More": (
-        Product("Web page", ("export", "--format", "html"), Page),
-        Product("Archive as a web page", ("export", "--format", "atlas"), Archive),
-        Product("glTF for Blender", ("export", "--format", "glb"), BodyFile),
-        Product("Events for TensorBoard", ("export", "--format", "tensorboard"), Events),
-        Product("Video", ("video",), Video),
-        Product("Analysis", ("analyse",), Analysis),
-        Product("Imitation network", ("imitate",), Imitator),
-        Product("Run differences", ("differences",), Differences),
-    ),
-}
-PRODUCTS = tuple(product for products in GROUPS.values() for product in products)
+@cache
+def forms() -> dict[str, tuple[CommandForm, ...]]:
+    """Return all products by group."""
+    groups: dict[str, list[CommandForm]] = {}
+    for kind, heading in (("exporter", ""), ("plot", "Plot")):
+        for name, one in products(kind).items():
+            verb = "export" if kind == "exporter" else kind
+            form = CommandForm(one.title, (verb, SWITCHES[kind], name), None, (kind, name))
+            groups.setdefault(heading or one.group, []).append(form)
+    groups["Plot"].append(CommandForm("All plots", ("plot", "--kind", ALL), None, ("plot", ALL)))
+    actions: dict[str, type[Action]] = {
+        "video": MakeVideo,
+        "analyse": Analyse,
+        "imitate": Imitate,
+        "differences": Differences,
+    }
+    groups["More"] = [CommandForm(one.title, (verb,), one) for verb, one in actions.items()]
+    return {group: tuple(found) for group, found in groups.items()}
 
 
-def unavailable_products(run: Path) -> dict[Product, GaitsimError]:
-    """Return the products that cannot be exported from a run, with the commands' errors."""
-    from gaitsim.gait.gait_files import gait_of
-    from gaitsim.hardware.exporting import check_bag
-    from gaitsim.imitation.expert import expert_of
-    from gaitsim.render.plots.kinds import KINDS
-    from gaitsim.render.plots.request import require_kept
-    from gaitsim.render.scene.clip import clip_of
-    from gaitsim.render.tensorboard import check_installed
+def all_forms() -> tuple[CommandForm, ...]:
+    """Return all products in the order of the groups."""
+    return tuple(form for found in forms().values() for form in found)
+
+
+def unavailable_products(run: Path) -> dict[CommandForm, GaitsimError]:
+    """Return the products that cannot be exported from a run, with the commands' errors.
+
+    Raises:
+        GaitsimError: nothing can be exported: the run has no champion, or its folder is read-only.
+    """
     from gaitsim.runs.files.folder import exports_folder
     from gaitsim.runs.snapshot import RunSnapshot
 
     exports_folder(run)
     champion = RunSnapshot(run).individual()
-    checks: Mapping[type[Settings], Check] = {
-        GaitFile: gait_of,
-        RobotFile: gait_of,
-        CalibratedFile: gait_of,
-        Servo: gait_of,
-        Template: gait_of,
-        Bag: check_bag,
-        BodyFile: clip_of,
-        Events: lambda _: check_installed(),
-        Page: clip_of,
-        Archive: partial(require_kept, kept="archive"),
-        Imitator: expert_of,
-    }
     found = {}
-    for product in PRODUCTS:
-        kind = KINDS.get(product.kind)
-        check = kind.check if kind else checks.get(product.model)
+    for form in all_forms():
         try:
-            if check is not None:
-                check(champion)
+            form.check(champion)
         except GaitsimError as error:
-            found[product] = error
+            found[form] = error
     return found
+
+
+def split_names(text: str) -> list[str]:
+    """Return the comma-separated names in a string; names may contain spaces."""
+    return [name.strip() for name in text.split(",") if name.strip()]
+
+
+def split_words(text: str) -> list[str]:
+    """Return the words of a string; quoted words may contain spaces."""
+    try:
+        return shlex.split(text)
+    except ValueError:  # a quotation mark is missing
+        return [text]

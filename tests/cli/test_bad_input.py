@@ -124,7 +124,7 @@ def test_an_invalid_command_line_is_rejected(error_of, arguments, message):
         (
             "export R --format xml",
             "invalid --format: 'xml'",
-            "mat, csv, npz, servo, arduino, dynamixel, feetech, ros2, rosbag2, html, atlas, glb, "
+            "arduino, atlas, csv, dynamixel, feetech, glb, html, mat, npz, ros2, rosbag2, servo, "
             "tensorboard",
         ),
         ("plot R --theme solar", "invalid --theme: 'solar'", "light, dark"),

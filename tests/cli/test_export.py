@@ -2,7 +2,7 @@
 
 import pytest
 
-from gaitsim.exporting import BY_ENDING
+from gaitsim.actions.export import endings
 
 
 def table(path):
@@ -63,14 +63,14 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         (("--format", "mat", "--generation", 1, "--member", 1), "one of the two"),
         (("--keyframe-ms", 20, "--centre", 0), "--keyframe-ms and --centre"),
         (("--format", "servo", "--min", 10), "invalid servo range from 10° to 90°"),
-        (("--format", "servo", "--centre", "nan"), "invalid servo range"),
+        (("--format", "servo", "--centre", "nan"), "invalid --centre"),
         (("--format", "servo", "--keyframe-ms", 0), "keyframe-ms"),
         (("--format", "servo", "--keyframe-ms", 2000, "--clip"), "only one keyframe"),
         (("--format", "servo", "--out", "x.mat"), "ends with .mat"),
         (("--format", "npz", "--out", "x.csv"), "ends with .csv"),
         (("--format", "servo", "--out", "missing/x.csv", "--clip"), "there is no folder missing"),
         (("--format", "servos"), "servos"),
-        (("--format", "ros2", "--clip"), "or use --format servo, arduino, dynamixel, feetech"),
+        (("--format", "ros2", "--clip"), "or use --format arduino, dynamixel, feetech, servo"),
         (("--format", "ros2", "--out", "x.csv"), "ends with .csv"),
         (("--format", "ros2", "--speed", 0), "invalid playback speed: 0"),
         (("--format", "arduino", "--centre", 0), "has no option --centre"),
@@ -80,8 +80,11 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         ),
         (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
         (("--format", "servo", "--calibration", "x", "--min", 0), "cannot be combined with --min"),
-        (("--calibration-template", "x.toml"), "--format arduino, dynamixel or feetech"),
-        (("--format", "servo", "--calibration-template", "x.toml"), "has no calibration template"),
+        (("--calibration-template", "x.toml"), "or use --format arduino, dynamixel, feetech"),
+        (
+            ("--format", "servo", "--calibration-template", "x.toml"),
+            "has no option --calibration-template",
+        ),
         (("--format", "rosbag2", "--out", "missing/x"), "there is no folder missing"),
     ],
 )
@@ -96,7 +99,7 @@ def test_a_wrong_extension_is_rejected(gaitsim, finished, tmp_path, name):
     assert said.splitlines() == [
         f"Error: unknown extension for gaits: {name}",
         "  where:   --out",
-        f"  allowed: {', '.join(f'.{one}' for one in BY_ENDING)}",
+        f"  allowed: {', '.join(f'.{one}' for one in endings())}",
         "  try:     change the extension, or add --format",
     ]
     assert sorted(tmp_path.iterdir()) == before

@@ -6,10 +6,10 @@ import pytest
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--kind", "nothing"), "joints, stability"),
+        (("--kind", "nothing"), "runs, search, stability"),
         (("--kind", "footfall"), "has no feet to plot"),
         (("--kind", "fitness", "--generation", 2), "has no option --generation"),
-        (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--channel and --window"),
+        (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--window and --channel"),
         (("--kind", "path", "--generations", "1,2"), "or use --kind channel"),
         (("--kind", "terms", "--beside", "puppet"), "or use --kind runs"),
         (("--kind", "runs"), "no other run repeats the experiment"),
@@ -45,8 +45,8 @@ def test_invalid_input_is_one_message_and_writes_nothing(
 
 def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished, tmp_path):
     done = gaitsim("plot", "puppet", "--kind", "all", "--generation", 2, "--format", "svg")
-    names = ["fitness", "terms", "diversity", "genome", "path-generation-2"]
-    names += ["joints-generation-2"]
+    names = ["diversity", "fitness", "genome", "terms", "joints-generation-2"]
+    names += ["path-generation-2"]
     assert done.stdout.splitlines() == [f"runs/puppet/exports/{name}.svg" for name in names]
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
     assert "No plot of kind 'channel': 'joints' draws the channel 'joint_angles'" in done.stderr
@@ -86,7 +86,7 @@ def test_a_body_of_one_frame_has_plots_of_scores(gaitsim, install, working, pupp
         *("--set", "fitness.plugin=far", "--out", "flights"),
     )
     done = gaitsim("plot", "flights", "--kind", "all")
-    names = ("fitness", "terms", "diversity", "genome")
+    names = ("diversity", "fitness", "genome", "terms")
     assert done.stdout.split() == [f"flights/exports/{name}.png" for name in names]
     assert "has no channel over time" in done.stderr
     assert "only one frame" in done.stderr

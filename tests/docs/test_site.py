@@ -80,7 +80,7 @@ def test_every_command_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> N
         flags = set(re.findall(r"(?<![\w-])--[a-z][\w-]*", shown)) - {"--help"}
         assert flags <= set(re.findall(r"--[a-z][\w-]*", part)), name
     assert "gaitsim run spider --from spider@120\n" in parts["gaitsim run"]
-    row = "| <code>--kind</code> KIND | Kind of plot:<br>of the evolution: fitness, "
+    row = "| <code>--kind</code> KIND | Kind of plot:<br>of a front or an archive: archive, "
     assert row in parts["gaitsim plot"]
     assert "| <code>fitness</code> |" in parts["gaitsim plot"]
     assert "[bold]" not in page

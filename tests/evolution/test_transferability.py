@@ -12,8 +12,8 @@ from gaitsim.evaluation.worlds import in_reality
 from gaitsim.evolution import evolve
 from gaitsim.evolution.transferability import NOISE, RealityTests
 from gaitsim.experiment import load_experiment, parse_experiment, with_overrides
-from gaitsim.render.plots.kinds import KINDS
-from gaitsim.render.plots.request import Request
+from gaitsim.render.plots.style import LIGHT
+from gaitsim_plots.front import front_figure
 
 SPACE = RealSpace(np.zeros(2), np.ones(2), ("a", "b"))
 REALITY = {
@@ -168,7 +168,7 @@ def test_the_front_of_a_run_with_tests_is_drawn_and_the_tests_are_shown(puppet_r
         "transferability.every=2",
         "transferability.features=['reach']",
     )
-    [axes] = KINDS["front"].draw(Request(run)).axes
+    [axes] = front_figure(run, LIGHT).axes
     front, population = run.members, axes.collections[0].get_offsets()
     assert len(population) == 6
     assert {*map(tuple, population)} & {*zip(*front.values.values(), strict=True)}

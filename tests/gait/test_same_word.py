@@ -8,8 +8,8 @@ import pytest
 from gaitsim.gait import analyse_gait, analyse_individual
 from gaitsim.gait.report import _SI, quantities
 from gaitsim.gait.to_dict import gait_to_dict
-from gaitsim.render.plots.request import Request
-from gaitsim.render.plots.stability import stability_figure
+from gaitsim.render.plots.style import LIGHT
+from gaitsim_plots.stability import stability_figure
 
 BODIES = ["spider", "walker", "millipede", "fly"]
 PLACES = {"slip ratio": ("slip", "ratio"), "least margin": ("stability", "least")}
@@ -48,7 +48,7 @@ def test_a_word_has_one_value(bundled, gaitsim, preset):
         if math.isfinite(own.value):
             assert shown["measures"][name] == own.value
     if "least margin" in measured:
-        texts = stability_figure(Request(run=run, individuals=(individual,))).legends[0].texts
+        texts = stability_figure(individual, LIGHT).legends[0].texts
         least = f"least: {measured['least margin'].value:.1f} mm".replace("-", "−")
         assert least in [text.get_text() for text in texts]
 

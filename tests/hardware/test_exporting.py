@@ -52,5 +52,5 @@ def test_unknown_formats_and_options_are_refused(walker, tmp_path):
         gs.export(individual, tmp_path / "x", "arduno")
     with pytest.raises(GaitsimError, match="unknown option"):
         gs.export(individual, tmp_path / "x", "ros2", sped=2)
-    with pytest.raises(GaitsimError, match="has no option --clip"):
+    with pytest.raises(GaitsimError, match="unknown option of 'ros2' 'clip'"):
         gs.export(individual, tmp_path / "x", "ros2", clip=True)

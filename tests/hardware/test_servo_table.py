@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
-from gaitsim.hardware.calibration import uniform_calibration
-from gaitsim.hardware.keyframes import keyframes_of
-from gaitsim.hardware.tables import write_degrees
+from gaitsim_hardware.calibration import uniform_calibration
+from gaitsim_hardware.keyframes import keyframes_of
+from gaitsim_hardware.tables import write_degrees
 
 HALF_TURN = (0, -90, 90)
 

@@ -14,8 +14,8 @@ from gaitsim.contracts import Skeleton, Solid, Terrain
 from gaitsim.errors import PluginError, RunError
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
-from gaitsim.render.glb import glb, write_glb
 from gaitsim.render.scene import Clip
+from gaitsim_exports.gltf.glb import glb, write_glb
 
 SPIDER = load_experiment("spider")
 BODIES = [

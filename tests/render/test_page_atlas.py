@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from javascript import CHROMIUM
 
+from gaitsim.errors import NothingToPlotError
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import load_experiment
 from gaitsim.render.archive_view import ArchiveView
@@ -13,7 +14,6 @@ from gaitsim.render.page.atlas import atlas_data, write_atlas
 from gaitsim.render.page.gaits import MAX_WAVE_ERROR, gaits_data
 from gaitsim.render.page.packing import unpack
 from gaitsim.render.page.strides import SETTLED, stride_of
-from gaitsim.render.plots.request import NothingToPlotError
 
 DRAWING = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--disable-quic")
 HALF_STEP = np.radians(0.2)

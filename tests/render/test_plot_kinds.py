@@ -21,19 +21,17 @@ from gaitsim.gait.feet import feet_of
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import lines_of
-from gaitsim.render.plots.footfall import footfall_figure
-from gaitsim.render.plots.genome import genome_figure
-from gaitsim.render.plots.joints import joints_figure, legs_of
-from gaitsim.render.plots.kinds import KINDS, file_stem
+from gaitsim_plots.joints import legs_of
 from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run
-from gaitsim.render.plots.path import path_figure, scene_of
-from gaitsim.render.plots.phase import phase_figure, stride_of
-from gaitsim.render.plots.request import NothingToPlotError, Request, window_slice
-from gaitsim.render.plots.runs import runs_figure
-from gaitsim.render.plots.stability import stability_figure
+from gaitsim_plots.path import scene_of
+from gaitsim_plots.phase import stride_of
+from gaitsim.actions.plot import file_stem
+from gaitsim.contracts import Subject
+from gaitsim.errors import NothingToPlotError
+from gaitsim.registry.loading import load_product, products
+from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
-from gaitsim.render.plots.terms import terms_figure
-from gaitsim.render.plots.voronoi import polygons
+from gaitsim_plots.voronoi import polygons
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.runs.files.history import terms_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -42,8 +40,35 @@ from gaitsim.study.comparison import Sample, analyse
 SPACE = ("x", "y", "z")
 
 
+KINDS = products("plot")
+
+
+class Request:
+    """A run, individuals, and the options of a plot."""
+
+    def __init__(self, run, individuals=(), **options):
+        self.run, self.individuals, self.options = run, individuals, options
+
+    @property
+    def individual(self):
+        return self.individuals[0]
+
+    def but(self, **options):
+        return Request(self.run, self.individuals, **{**self.options, **options})
+
+
 def request_for(run, *generations, **more):
     return Request(run, tuple(run.individual(number) for number in generations or (None,)), **more)
+
+
+def draw(kind, request):
+    product = load_product("plot", kind, request.options)
+    return product.draw(Subject(request.run, request.individuals))
+
+
+def stem(kind, request):
+    product = load_product("plot", kind, request.options)
+    return file_stem(kind, product, Subject(request.run, request.individuals))
 
 
 def texts(figure):
@@ -101,16 +126,17 @@ def flier(puppet_run, puppets, monkeypatch):
 def drawn(spider_run, bundled):
     """A function that draws a kind of plot for a run that has the data."""
 
-    def draw(kind, **more):
+    def drawing(kind, **more):
         runs = {"phase": "millipede", "front": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
-        beside = (bundled("millipede"),) if kind == "runs" else ()
+        if kind == "runs":
+            more["beside"] = (str(bundled("millipede").path),)
         if kind == "archive":
             more["axes"] = ("duty factor L1", "duty factor R1")
-        return KINDS[kind].draw(request_for(run, beside=beside, **more))
+        return draw(kind, request_for(run, **more))
 
-    return draw
+    return drawing
 
 
 SAMPLE = ("fitness", "path", "footfall", "archive")
@@ -123,7 +149,7 @@ SAMPLE = ("fitness", "path", "footfall", "archive")
 def test_every_kind_is_reproducible_and_follows_the_theme(drawn, tmp_path, kind):
     pictures = [picture(drawn(kind), "svg", LIGHT) for _ in range(2)]
     assert pictures[0] == pictures[1]
-    save(drawn(kind, theme=DARK), tmp_path / "dark.png", DARK)
+    save(drawn(kind, theme="dark"), tmp_path / "dark.png", DARK)
     image = matplotlib.image.imread(tmp_path / "dark.png")
     width = 1530 if kind == "gaits" else 1020  # a column is 86 mm at 300 dots per inch
     assert image.shape[1] == width
@@ -149,7 +175,7 @@ def test_a_front_shows_every_pair_of_objectives_and_marks_the_best_score(puppet_
     given = ", ".join(f"{name} = 'max'" for name in names)
     run = puppet_run("search.plugin=nsga-2", f"search.objectives={{ {given} }}")
     members = run.members
-    figure = KINDS["front"].draw(Request(run))
+    figure = draw("front", Request(run))
     assert len(figure.axes) == {2: 1, 3: 3}[objectives]
     assert {"reach (m, more is better)", "price (more is better)"} < texts(figure)
     population, *_, front, best = figure.axes[0].collections
@@ -169,7 +195,7 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
     axes = "{ reach = [-3, 3], price = [-1, 0] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", f"search.cells={cells}")
     members = run.members
-    figure = KINDS["archive"].draw(Request(run))
+    figure = draw("archive", Request(run))
     panel, bar = figure.axes
     assert {"reach (m)", "price", "score"} < texts(figure)
     assert bar.get_xlim() == pytest.approx((members.scores.min(), members.scores.max()), rel=0.5)
@@ -188,11 +214,11 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
     for mark in panel.lines:
         found = [values[best] for values in members.values.values()]
         np.testing.assert_allclose(np.ravel(mark.get_data()), found)
-    assert file_stem("archive", Request(run, axes=("reach", "price"))) == "archive-reach-price"
-    flipped = KINDS["archive"].draw(Request(run, axes=("price", "reach"))).axes[0]
+    assert stem("archive", Request(run, axes=("reach", "price"))) == "archive-reach-price"
+    flipped = draw("archive", Request(run, axes=("price", "reach"))).axes[0]
     assert flipped.get_xlim() == (-1, 0)
     with pytest.raises(GaitsimError, match="no axis 'speed'"):
-        KINDS["archive"].draw(Request(run, axes=("reach", "speed")))
+        draw("archive", Request(run, axes=("reach", "speed")))
 
 
 def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
@@ -201,7 +227,7 @@ def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
     atlas = load_atlas("spider-cma", axes=dict.fromkeys(axes), cells=20, set=small)
     for _ in gs.evolve(atlas, out=tmp_path / "run"):
         pass
-    *panels, _ = KINDS["archive"].draw(Request(RunSnapshot(tmp_path / "run"))).axes
+    *panels, _ = draw("archive", Request(RunSnapshot(tmp_path / "run"))).axes
     assert len(panels) == 10
     for which in ("x", "y"):
         shown = [getattr(one, f"get_{which}label")() for one in panels]
@@ -211,7 +237,7 @@ def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
 def test_an_archive_with_one_axis_is_a_step_line(puppet_run):
     axes = "{ reach = [-3, 3] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=[6]")
-    (panel,) = KINDS["archive"].draw(Request(run)).axes
+    (panel,) = draw("archive", Request(run)).axes
     values, edges, _ = panel.patches[0].get_data()
     np.testing.assert_array_equal(edges, np.linspace(-3, 3, 7))
     np.testing.assert_array_equal(values[run.members.cells[:, 0]], run.members.scores)
@@ -237,16 +263,16 @@ def signed_area(corners):
 
 def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run):
     run = bundled("spider-atlas")
-    panels = KINDS["search"].draw(Request(run)).axes
+    panels = draw("search", Request(run)).axes
     for panel, name in zip(panels, ("coverage", "QD score", "best elite"), strict=True):
         assert panel.get_ylabel() == name
         assert panel.lines[0].get_xdata().tolist() == run.history["evaluations"].tolist()
         assert panel.lines[0].get_ydata().tolist() == run.history[f"search:{name}"].tolist()
     for kind in ("search", "archive", "front"):
         with pytest.raises(NothingToPlotError, match="genetic"):
-            KINDS[kind].check(puppet_run().individual())
+            load_product("plot", kind, {}).check(puppet_run().individual())
         with pytest.raises(NothingToPlotError, match="genetic"):
-            KINDS[kind].draw(Request(puppet_run()))
+            draw(kind, Request(puppet_run()))
 
 
 OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
@@ -280,21 +306,21 @@ def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
 
 @pytest.mark.slow
 def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
-    axes = genome_figure(request_for(spider_run)).axes[0]
+    axes = draw("genome", request_for(spider_run)).axes[0]
     space = spider_run.experiment.space()
     (image,) = axes.images
     genomes = np.stack([spider_run.best_genome(number) for number in (1, 2, 3)])
     assert np.allclose(image.get_array(), ((genomes - space.lower) / space.width).T)
     assert [label.get_text() for label in axes.get_yticklabels()] == [*space.labels]
     bits = bundled("millipede")
-    (image,) = genome_figure(request_for(bits)).axes[0].images
+    (image,) = draw("genome", request_for(bits)).axes[0].images
     assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
 
 
 @pytest.mark.slow
 def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
     request = request_for(bundled("millipede"))
-    clock = phase_figure(request).axes[0]
+    clock = draw("phase", request).axes[0]
     _, found, _ = stride_of(request.individual)
     arcs = [(arc.get_x(), arc.get_width()) for arc in clock.patches]
     stepping = np.flatnonzero(np.isfinite(found.phases))
@@ -304,7 +330,7 @@ def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
 
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
     with pytest.raises(NothingToPlotError, match="no common stride"):
-        phase_figure(request_for(spider_run))
+        draw("phase", request_for(spider_run))
 
 
 def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
@@ -322,7 +348,7 @@ def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
     run("other", "seed=5", "search.elites=1")
     (tmp_path / "damaged").mkdir()
     (tmp_path / "damaged" / "experiment.toml").write_text("[")
-    (axes,) = runs_figure(request_for(one)).axes
+    (axes,) = draw("runs", request_for(one)).axes
     (line,) = axes.lines
     so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
     assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
@@ -335,7 +361,7 @@ def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
 
 
 def test_the_terms_plot_shows_the_history(spider_run):
-    figure = terms_figure(request_for(spider_run))
+    figure = draw("terms", request_for(spider_run))
     panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
     assert [*panels] == terms_of(spider_run.history)
     for name, axes in panels.items():
@@ -346,7 +372,7 @@ def test_the_terms_plot_shows_the_history(spider_run):
 
 def test_footfall_bars_span_the_stances(spider_run):
     request = request_for(spider_run, window=(1.0, 3.0))
-    axes = footfall_figure(request).axes[0]
+    axes = draw("footfall", request).axes[0]
     touching = request.individual.skeleton.touching[30:91]
     for foot, bars in enumerate(axes.collections):
         boxes = [path.get_extents() for path in bars.get_paths()]
@@ -380,7 +406,7 @@ def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
         load=(Channel(("frames", "feet", SPACE), "N", ""), load),
         weight=(Channel((), "N", ""), np.array(7.2)),
     )
-    figure = footfall_figure(request)
+    figure = draw("footfall", request)
     curves = figure.axes[0].collections[8:]
     for foot, curve in enumerate(curves):
         corners = curve.get_paths()[0].vertices
@@ -394,7 +420,7 @@ def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
 def test_duty_factors_are_as_in_the_analysis(spider_run):
     request = request_for(spider_run, window=(1.0, 3.0))
     skeleton = request.individual.skeleton
-    (axes,) = footfall_figure(request).axes
+    (axes,) = draw("footfall", request).axes
     (right,) = axes.child_axes
     feet, _ = feet_of(skeleton.touching, skeleton.contact_names, skeleton.frame_rate)
     shown = [label.get_text() for label in right.get_yticklabels()]
@@ -403,7 +429,7 @@ def test_duty_factors_are_as_in_the_analysis(spider_run):
 
 def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
     request = request_for(spider_run, window=(0.0, 1.0))
-    figure = joints_figure(request)
+    figure = draw("joints", request)
     panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
     assert [*panels] == ["L1", "R1", "L2", "R2", "L3", "R3", "L4", "R4"]
     angles = np.degrees(request.individual.motion["joint_angles"][0, :31].astype(float))
@@ -421,7 +447,7 @@ def test_the_stall_torque_is_drawn_if_torques_come_near_it(spider_run, monkeypat
         torque=(Channel(("frames", "joints"), "N m", ""), torque),
         stall_torque=(Channel(("joints",), "N m", ""), np.full(24, 2.0)),
     )
-    figure = joints_figure(replace(request, channel="torque"))
+    figure = draw("joints", request.but(channel="torque"))
     assert len(figure.axes) == 8
     for axes in figure.axes:
         assert np.allclose(lines(axes)[0].get_ydata(), torque[30:91, 0])
@@ -431,19 +457,19 @@ def test_the_stall_torque_is_drawn_if_torques_come_near_it(spider_run, monkeypat
     assert ("stall" in texts(figure)) == limited
 
 
-@pytest.mark.parametrize("draw", [joints_figure, footfall_figure])
-def test_the_default_window_ends_with_a_fall(spider_run, monkeypatch, draw):
+@pytest.mark.parametrize("kind", ["joints", "footfall"])
+def test_the_default_window_ends_with_a_fall(spider_run, monkeypatch, kind):
     """The fall is at 4 s; the bar of a foot lasts until the next frame."""
     fallen = (Channel((), "s", ""), np.array(4.0))
-    request = replace(with_channels(spider_run, monkeypatch, lasted=fallen), window=None)
-    assert draw(request).axes[0].get_xlim()[1] == pytest.approx(4.0, abs=0.04)
-    whole = replace(request, window=(0.0, 9.0))
-    assert draw(whole).axes[0].get_xlim()[1] == pytest.approx(9.0, abs=0.04)
+    request = with_channels(spider_run, monkeypatch, lasted=fallen).but(window=None)
+    assert draw(kind, request).axes[0].get_xlim()[1] == pytest.approx(4.0, abs=0.04)
+    whole = request.but(window=(0.0, 9.0))
+    assert draw(kind, whole).axes[0].get_xlim()[1] == pytest.approx(9.0, abs=0.04)
 
 
 def test_channels_without_joints_are_rejected_by_the_joints_plot(spider_run):
     with pytest.raises(GaitsimError, match="'pose' does not have the axes") as error:
-        joints_figure(request_for(spider_run, channel="pose"))
+        draw("joints", request_for(spider_run, channel="pose"))
     assert "joint_angles" in error.value.allowed
 
 
@@ -451,12 +477,12 @@ def test_channels_without_joints_are_rejected_by_the_joints_plot(spider_run):
 def test_titles_name_the_run_and_scores_have_units(bundled):
     run = bundled("walker")
     one = run.individual()
-    written = texts(footfall_figure(request_for(run)))
+    written = texts(draw("footfall", request_for(run)))
     (heading,) = (text for text in written if "seed" in text)
     assert heading.startswith(run.path.name)
     assert heading.endswith(f"score {format_number(one.score)} m")
-    assert "score (distance, m)" in texts(KINDS["fitness"].draw(request_for(run)))
-    assert "term of the score (m)" in texts(terms_figure(request_for(run)))
+    assert "score (distance, m)" in texts(draw("fitness", request_for(run)))
+    assert "term of the score (m)" in texts(draw("terms", request_for(run)))
     assert heading_of_run("mine", run.experiment) == "mine (walker), seed 0"
     assert heading_of_run("walker", run.experiment) == "walker, seed 0"
 
@@ -508,7 +534,7 @@ def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
     margin = np.full(300, 0.01)
     margin[30:60], margin[60:75] = -0.005, -np.inf
     monkeypatch.setattr(module, "margin_of", lambda shown: margin)
-    written = texts(stability_figure(request_for(spider_run)))
+    written = texts(draw("stability", request_for(spider_run)))
     assert "least: −5.0 mm" in written
     assert "unsupported: 15% of the time" in written
 
@@ -520,7 +546,7 @@ def test_the_path_is_drawn_at_one_scale_with_separate_bodies(spider_run):
     assert 1 <= len(scene.at) <= 6
     assert scene.at[0] == 0
     assert scene.factor == 1
-    _, above = path_figure(request).axes
+    _, above = draw("path", request).axes
     (path,) = lines(above)
     assert np.allclose(path.get_xydata(), scene.path[:, :2])
     assert above.get_aspect() == 1
@@ -535,7 +561,7 @@ def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
     scene = scene_of(skeleton, slice(0, 20))
     assert scene.factor == 10
     assert np.ptp(scene.bodies[0, 0, :, 0]) == pytest.approx(10)
-    assert any("body × 10" in text for text in texts(path_figure(Request(flier, (shown,)))))
+    assert any("body × 10" in text for text in texts(draw("path", Request(flier, (shown,)))))
 
 
 @pytest.mark.parametrize(
@@ -557,7 +583,7 @@ def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
     cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
     skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
     object.__setattr__(shown, "skeleton", skeleton)
-    figure = path_figure(Request(flier, (shown,)))
+    figure = draw("path", Request(flier, (shown,)))
     with styled(LIGHT):
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
@@ -581,14 +607,14 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     object.__setattr__(shown, "skeleton", replace(shown.skeleton, segments=segments))
     request = Request(flier, (shown,))
     if broken == "some":
-        assert len(lines(path_figure(request).axes[1])[0].get_xdata()) == 4
+        assert len(lines(draw("path", request).axes[1])[0].get_xdata()) == 4
     else:
         with pytest.raises(NothingToPlotError, match="puppet"):
-            path_figure(request)
+            draw("path", request)
 
 
 def test_a_body_that_is_one_point_has_a_path(puppet_run):
-    assert "start" in texts(path_figure(request_for(puppet_run())))
+    assert "start" in texts(draw("path", request_for(puppet_run())))
 
 
 def test_components_have_names(flier, spider_run):
@@ -646,7 +672,7 @@ def test_only_the_first_of_many_trials_is_drawn(flier):
 
 def test_generations_are_lines_of_one_panel(spider_run):
     request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "z"))
-    (axes,) = KINDS["channel"].draw(request).axes
+    (axes,) = draw("channel", request).axes
     first, last = lines(axes)
     assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
     assert np.array_equal(
@@ -665,21 +691,21 @@ def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, pupp
         return motion
 
     monkeypatch.setattr(puppets.Puppet, "move", move)
-    figure = KINDS["channel"].draw(request_for(flier, channel="place", components=("x",)))
+    figure = draw("channel", request_for(flier, channel="place", components=("x",)))
     assert "place x (m)" in texts(figure)
     assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
 
 
 def test_truth_values_are_bars(flier, spider_run):
-    figure = KINDS["channel"].draw(request_for(flier, channel="landed"))
+    figure = draw("channel", request_for(flier, channel="landed"))
     assert figure.axes[0].get_ylabel() == "landed"
-    axes = KINDS["channel"].draw(request_for(spider_run, channel="stance")).axes[0]
+    axes = draw("channel", request_for(spider_run, channel="stance")).axes[0]
     assert len(axes.collections) == 8
 
 
 def test_the_error_for_an_unknown_channel_lists_the_known_ones(spider_run):
     with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
-        KINDS["channel"].draw(request_for(spider_run, channel="margins"))
+        draw("channel", request_for(spider_run, channel="margins"))
     assert error.value.remedy == "did you mean 'margin'?"
     for name, description in spider_run.experiment.organism.channels.items():
         assert f"{name}: {description}" in error.value.allowed
@@ -688,34 +714,34 @@ def test_the_error_for_an_unknown_channel_lists_the_known_ones(spider_run):
 def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
-            KINDS["channel"].draw(request_for(flier, channel="place", components=(component,)))
+            draw("channel", request_for(flier, channel="place", components=(component,)))
         assert error.value.allowed.startswith(
             "trial 1, trial 2; and x, y, z; or a number from 1 to 3"
         )
     with pytest.raises(GaitsimError, match="has no component '1'"):
-        KINDS["channel"].draw(request_for(flier, channel="landed", components=("1",)))
+        draw("channel", request_for(flier, channel="landed", components=("1",)))
     with pytest.raises(GaitsimError, match="one value per gait") as error:
-        KINDS["channel"].draw(request_for(flier, channel="reach"))
+        draw("channel", request_for(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
 
 
 def test_too_many_generations_are_rejected_and_24_panels_fit(spider_run):
     with pytest.raises(GaitsimError, match="too many generations to plot: 9"):
-        KINDS["channel"].draw(request_for(spider_run, *[1] * 9))
+        draw("channel", request_for(spider_run, *[1] * 9))
     nobody = request_for(spider_run, 1, 2, channel="feet", components=())
-    assert len(KINDS["channel"].draw(nobody).axes) == 24  # the maximum
+    assert len(draw("channel", nobody).axes) == 24  # the maximum
 
 
 @pytest.mark.parametrize("kind", ["footfall", "stability"])
 def test_the_error_for_a_body_without_feet_names_the_requirement(flier, kind):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
-        KINDS[kind].draw(request_for(flier))
+        draw(kind, request_for(flier))
     assert "contacts" in error.value.allowed
 
 
 def test_the_error_for_a_body_without_joints_names_the_requirement(flier):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
-        KINDS["joints"].draw(request_for(flier))
+        draw("joints", request_for(flier))
     assert "'joint_angles'" in error.value.allowed
 
 
@@ -734,7 +760,7 @@ def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypat
     run = puppet_run()
     monkeypatch.setattr(puppets.Puppet, "move", wrong)
     with pytest.raises(PluginError, match=message):
-        KINDS["joints"].draw(request_for(run))
+        draw("joints", request_for(run))
 
 
 @pytest.mark.parametrize(
@@ -755,10 +781,10 @@ def test_a_window_without_motion_is_rejected():
 
 
 def test_file_names_describe_the_plot(spider_run):
-    assert file_stem("fitness", request_for(spider_run)) == "fitness"
-    assert file_stem("path", request_for(spider_run, 2)) == "path-generation-2"
+    assert stem("fitness", request_for(spider_run)) == "fitness"
+    assert stem("path", request_for(spider_run, 2)) == "path-generation-2"
     request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
-    assert file_stem("channel", request) == "channel-feet-L1----z-generation-1-3"
+    assert stem("channel", request) == "channel-feet-L1----z-generation-1-3"
 
 
 def test_a_heading_has_the_damage_rather_than_the_score(spider_run):

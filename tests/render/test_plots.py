@@ -6,11 +6,10 @@ import pytest
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.fitness import fitness_figure
-from gaitsim.render.plots.kinds import KINDS
-from gaitsim.render.plots.request import Request
-from gaitsim.render.plots.style import save
+from gaitsim.render.plots.style import LIGHT, save
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim_plots.terms import terms_figure
 
 
 def plot_fitness(run, path):
@@ -103,7 +102,7 @@ def test_scores_of_two_stages_are_not_joined(puppet_run, monkeypatch):
     assert [line.get_xdata().tolist() for line in best[:2]] == [[1, 2, 3], [4, 5]]
     assert [text.get_text() for text in axes.texts] == ["stage 2"]
     assert axes.texts[0].xy[0] == 3.5
-    panels = KINDS["terms"].draw(Request(run)).axes
+    panels = terms_figure(run, LIGHT).axes
     assert all(len(line.get_xdata()) <= 3 for axes in panels for line in axes.lines)
 
 

@@ -9,9 +9,9 @@ from PIL import Image
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render import tensorboard
-from gaitsim.render.tensorboard import FILE, write_events
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim_exports.tensorboard import FILE, write_events
 
 SCORES = "best", "mean", "median", "lower quartile", "upper quartile", "worst", "std"
 PLAIN = "stage", "evaluations", "diversity", "seconds"

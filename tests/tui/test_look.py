@@ -12,7 +12,7 @@ from gaitsim.registry import KINDS
 from gaitsim.runs.growing import RunsWatcher
 from gaitsim.runs.overview import Overview
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.products import PRODUCTS
+from gaitsim.tui.products import all_forms
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help
 from gaitsim.tui.screens.new import New
@@ -159,7 +159,7 @@ def test_plugins(look, size, only_puppets):
 
 @pytest.mark.parametrize("size", SIZES)
 def test_export(look, size, monkeypatch):
-    missing = {PRODUCTS[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
+    missing = {all_forms()[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
     monkeypatch.setattr(
         "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run: missing
     )
@@ -168,7 +168,7 @@ def test_export(look, size, monkeypatch):
         dialog = ExportDialog(RUNS[0].path, 12)
         await pilot.app.push_screen(dialog)
         await app_until(pilot, lambda: dialog.query("Field"))
-        channel = next(place for place, one in enumerate(PRODUCTS) if one.kind == "channel")
+        channel = next(place for place, one in enumerate(all_forms()) if "channel" in one.plugin)
         await pilot.press(*["down"] * channel)
         await app_until(pilot, lambda: len(dialog.query("Field")) > 4)
 

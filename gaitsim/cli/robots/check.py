@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from gaitsim.actions.action import choose_format
 from gaitsim.cli.facts import print_facts
 from gaitsim.cli.options import Json
-from gaitsim.cli.parsing import choose_format
 from gaitsim.console.printing import echo, errors, print_json, print_record, report_files, status
 from gaitsim.console.streams import machine_readable
 from gaitsim.errors import ExperimentError, GaitsimError

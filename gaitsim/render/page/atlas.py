@@ -18,7 +18,7 @@ from gaitsim.render.page.document import asset, document
 from gaitsim.render.page.gaits import gaits_data
 from gaitsim.render.page.packing import Packed, pack
 from gaitsim.render.page.player import themes
-from gaitsim.render.plots.request import require_kept
+from gaitsim.render.plots.data import require_archive
 from gaitsim.render.terminal.heat_map import VIRIDIS
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
@@ -74,7 +74,7 @@ def atlas_data(
 ) -> Json:
     """Return the data of the page that `write_atlas` writes."""
     best = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
-    require_kept(best, "archive")
+    require_archive(best)
     members, view = run.members, ArchiveView.of(run.members)
     if members is None or view is None or view.best is None:
         raise RunError(

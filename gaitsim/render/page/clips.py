@@ -10,7 +10,7 @@ from gaitsim.contracts import Skeleton, Solid, Terrain
 from gaitsim.gait.gait_files import gait_of
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
-from gaitsim.render.gltf.meshes import mesh_of
+from gaitsim.render.meshes import mesh_of
 from gaitsim.render.page.packing import MAX_STEPS, pack
 from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import Clip, clip_of

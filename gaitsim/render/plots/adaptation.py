@@ -6,8 +6,8 @@ import numpy as np
 
 from gaitsim.adaptation.adaptation import Adaptation
 from gaitsim.adaptation.prior import Floats, Prior
+from gaitsim.errors import NothingToPlotError
 from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.request import NothingToPlotError
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 
 if TYPE_CHECKING:

@@ -23,7 +23,13 @@ from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import Option
-from gaitsim.tui.products import GROUPS, PRODUCTS, Product, default, unavailable_products
+from gaitsim.tui.products import (
+    CommandForm,
+    all_forms,
+    default,
+    forms,
+    unavailable_products,
+)
 from gaitsim.tui.widgets.choice_list import ChoiceList
 from gaitsim.tui.widgets.form import Field
 
@@ -61,7 +67,7 @@ class ExportDialog(ModalScreen[Answer]):
         if others:
             self._texts["runs"] = shlex.join(map(str, others))
         self._building = asyncio.Lock()
-        self._lacking: Mapping[Product, GaitsimError] = {}
+        self._lacking: Mapping[CommandForm, GaitsimError] = {}
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
@@ -86,7 +92,7 @@ class ExportDialog(ModalScreen[Answer]):
         try:
             self._lacking = await asyncio.to_thread(unavailable_products, self._run)
         except GaitsimError as error:
-            self._lacking = dict.fromkeys(PRODUCTS, error)
+            self._lacking = dict.fromkeys(all_forms(), error)
         if self.is_attached:
             self._list()
 
@@ -94,14 +100,14 @@ class ExportDialog(ModalScreen[Answer]):
         menu = self.query_one("#products", OptionList)
         at = menu.highlighted
         rows = []
-        for group, products in GROUPS.items():
+        for group, found in forms().items():
             heading = f"bold {self.app.theme_variables['secondary']}"
             rows.append(Row(Text(group, heading), disabled=True))
-            for product in products:
+            for product in found:
                 bad = product in self._lacking
                 text = Text(f" ✗ {product.title}" if bad else f" {product.title}")
                 text.stylize("dim" if bad else "")
-                rows.append(Row(text, id=str(PRODUCTS.index(product))))
+                rows.append(Row(text, id=str(all_forms().index(product))))
         menu.clear_options()
         menu.add_options(rows)
         menu.highlighted = 1 if at is None else at
@@ -109,9 +115,9 @@ class ExportDialog(ModalScreen[Answer]):
             menu.focus()
 
     @property
-    def _product(self) -> Product:
+    def _product(self) -> CommandForm:
         row = self.query_one("#products", OptionList).highlighted_option
-        return PRODUCTS[int(row.id) if row and row.id else 0]
+        return all_forms()[int(row.id) if row and row.id else 0]
 
     @on(OptionList.OptionHighlighted, "#products")
     @work(group="form")
@@ -123,7 +129,7 @@ class ExportDialog(ModalScreen[Answer]):
                 await self._build(product)
                 self._show_command()
 
-    async def _build(self, product: Product) -> None:
+    async def _build(self, product: CommandForm) -> None:
         form, error = self.query_one("#export-form"), self._lacking.get(product)
         parts: list[Widget] = []
         if error is not None:
@@ -156,12 +162,11 @@ class ExportDialog(ModalScreen[Answer]):
         if product in self._lacking:
             return ()
         fields = {field.option.key: field for field in self.query(Field)}
-        found, problems = product.read(
-            {name: self._text(name, field.option.field) for name, field in fields.items()}
-        )
+        texts = {name: self._text(name, field.option.field) for name, field in fields.items()}
+        arguments, problems = product.read(self._run, texts)
         for name, field in fields.items():
             field.show_problem(problems.get(name) if asked or name in self._texts else None)
-        return () if found is None else product.arguments(self._run, found)
+        return arguments
 
     @on(Field.Changed)
     def _changed(self, event: Field.Changed) -> None:

@@ -4,9 +4,6 @@ import asyncio
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
-
-from pydantic import Field as Declared
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
@@ -14,7 +11,10 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
 
+from gaitsim.actions.action import Action, argument
 from gaitsim.choices import PlotFormat
+from gaitsim.contracts.plugin import option
+from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
@@ -22,91 +22,79 @@ from gaitsim.runs.files.folder import free_name
 from gaitsim.study.results import DEFAULT_FOLDERS
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import Option
-from gaitsim.tui.product_options import Settings, split_words
-from gaitsim.tui.products import Product, default
+from gaitsim.tui.products import CommandForm, default, split_words
 from gaitsim.tui.widgets.form import Field
 
 
-class StudyOptions(Settings):
+class StudyOptions(Action):
     """The options of `gaitsim study`."""
 
-    study: Annotated[str, Declared(description="name of a bundled study, or a TOML file")] = ""
-    workers: Annotated[
-        int | None,
-        Declared(ge=1, description="maximum number of parallel workers; none: one per core"),
-    ] = None
-
-    def arguments(self, run: Path) -> list[str]:
-        """Return the study and the options."""
-        return [self.study, *self._flags("study")]
-
-    def folder(self) -> Path:
-        """Check the request and return the folder to write."""
-        from gaitsim.study.file import cells, read_study
-
-        study, _ = read_study(self.study)
-        cells(study, source=self.study)
-        return free_name(DEFAULT_FOLDERS[0] / study.name)
+    study: str = argument("name of a bundled study, or a TOML file", "STUDY", shown=True)
+    workers: int | None = option(
+        None, "maximum number of parallel workers", ge=1, unset="one per core"
+    )
 
 
-class ComparisonOptions(Settings):
+class ComparisonOptions(Action):
     """The options of `gaitsim compare`."""
 
-    experiments: Annotated[
-        str, Declared(description="two or more presets or files, separated by spaces")
-    ] = ""
-    repeats: Annotated[
-        int, Declared(ge=2, le=100_000, description="number of repeats of each experiment")
-    ] = 30
-    evaluations: Annotated[
-        int | None,
-        Declared(
-            ge=1,
-            description="evaluations per repeat; none: the smallest number among the experiments",
-        ),
-    ] = None
-    generations: Annotated[
-        int | None,
-        Declared(ge=1, description="number of generations per repeat, instead of evaluations"),
-    ] = None
-    population: Annotated[
-        int | None,
-        Declared(
-            ge=1, description="number of individuals per generation; none: as in each experiment"
-        ),
-    ] = None
-    targets: Annotated[
-        str | None,
-        Declared(
-            description="target scores, such as 1.5,2; none: derived from the scores of all repeats"
-        ),
-    ] = None
-    format: Annotated[PlotFormat, Declared(description="file format of the figures")] = "png"
-    workers: Annotated[
-        int | None,
-        Declared(ge=1, description="maximum number of parallel workers; none: one per core"),
-    ] = None
-
-    def arguments(self, run: Path) -> list[str]:
-        """Return the experiments and the options."""
-        return [*split_words(self.experiments), *self._flags("experiments")]
-
-    def folder(self) -> Path:
-        """Check the request and return the folder to write."""
-        from gaitsim.study.comparison import check_request, equal_budgets, load_experiments
-
-        check_request(self.targets, self.evaluations, self.generations)
-        given = {"generations": self.generations, "population": self.population}
-        changes = {f"evolution.{key}": value for key, value in given.items() if value is not None}
-        loaded = load_experiments(split_words(self.experiments), changes)
-        equal_budgets(loaded, self.evaluations)
-        return free_name(
-            DEFAULT_FOLDERS[1] / "-against-".join(one.name for one in loaded.values())[:150]
-        )
+    experiments: Names = argument(
+        "two or more presets or files, separated by spaces", "NAME|FILE", shown=True
+    )
+    repeats: int = option(30, "number of repeats of each experiment", ge=2, le=100_000)
+    evaluations: int | None = option(
+        None, "evaluations per repeat", ge=1, unset="the smallest number among the experiments"
+    )
+    generations: int | None = option(
+        None, "number of generations per repeat, instead of evaluations", ge=1
+    )
+    population: int | None = option(
+        None, "number of individuals per generation", ge=1, unset="as in each experiment"
+    )
+    targets: str | None = option(
+        None, "target scores, such as 1.5,2", unset="derived from the scores of all repeats"
+    )
+    format: PlotFormat = option("png", "file format of the figures")
+    workers: int | None = option(
+        None, "maximum number of parallel workers", ge=1, unset="one per core"
+    )
 
 
-SWEEP = Product("New study", ("study",), StudyOptions)
-COMPARISON = Product("New comparison", ("compare",), ComparisonOptions)
+SWEEP = CommandForm("New study", ("study",), StudyOptions)
+COMPARISON = CommandForm("New comparison", ("compare",), ComparisonOptions)
+
+
+def _study_folder(texts: Mapping[str, str]) -> Path:
+    """Check a study, and return the folder to write."""
+    from gaitsim.study.file import cells, read_study
+
+    name = texts["study"].strip()
+    study, _ = read_study(name)
+    cells(study, source=name)
+    return free_name(DEFAULT_FOLDERS[0] / study.name)
+
+
+def _comparison_folder(texts: Mapping[str, str]) -> Path:
+    """Check a comparison, and return the folder to write."""
+    from gaitsim.study.comparison import check_request, equal_budgets, load_experiments
+
+    numbers = {
+        name: int(texts[name]) if texts.get(name, "none").strip() not in ("", "none") else None
+        for name in ("evaluations", "generations", "population")
+    }
+    targets = texts.get("targets", "").strip()
+    aims = None if targets in ("", "none") else targets
+    check_request(aims, numbers["evaluations"], numbers["generations"])
+    changes = {
+        f"evolution.{name}": value
+        for name in ("generations", "population")
+        if (value := numbers[name]) is not None
+    }
+    loaded = load_experiments(split_words(texts["experiments"]), changes)
+    equal_budgets(loaded, numbers["evaluations"])
+    return free_name(
+        DEFAULT_FOLDERS[1] / "-against-".join(one.name for one in loaded.values())[:150]
+    )
 
 
 class StudyDialog(ModalScreen[tuple[str, ...] | None]):
@@ -125,7 +113,7 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
     }
     """
 
-    def __init__(self, product: Product, texts: Mapping[str, str] | None = None) -> None:
+    def __init__(self, product: CommandForm, texts: Mapping[str, str] | None = None) -> None:
         super().__init__()
         self._product, self._texts = product, dict(texts or {})
 
@@ -149,22 +137,18 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
     def on_mount(self) -> None:
         self._show()
 
-    def _read(self, *, marked: bool = False) -> Any:
-        """Return the options, or None if some are invalid; with `marked`, mark those."""
-        found, problems = self._product.read(self._texts)
+    def _read(self, *, marked: bool = False) -> tuple[str, ...]:
+        """Return the arguments, or () if some options are invalid; with `marked`, mark those."""
+        arguments, problems = self._product.read(None, self._texts)
         for field in self.query(Field):
             if marked or field.option.key not in problems:
                 field.show_problem(problems.get(field.option.key))
-        return found
+        return arguments
 
     def _show(self) -> None:
-        found = self._read()
-        words = () if found is None else self._arguments(found)
+        words = self._read()
         line = f"$ {shlex.join(['gaitsim', *words])}" if words else ""
         self.query_one("#study-command", Static).update(Text(visible(line)))
-
-    def _arguments(self, found: Any) -> tuple[str, ...]:
-        return (*self._product.command, *found.arguments(Path()))
 
     @on(Field.Changed)
     def _changed(self, event: Field.Changed) -> None:
@@ -183,20 +167,21 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
     @work(exclusive=True, group="begin")
     async def _submit(self) -> None:
         """Close with the arguments if the experiments are valid."""
-        found = self._read(marked=True)
-        if found is None:
+        arguments = self._read(marked=True)
+        if not arguments:
             self.app.bell()
             return
         problem = self.query_one("#study-problem", Static)
         problem.update(Text("Checking the experiments …"))
         try:
-            folder = await asyncio.to_thread(found.folder)
+            check = _study_folder if self._product is SWEEP else _comparison_folder
+            folder = await asyncio.to_thread(check, self._texts)
         except GaitsimError as error:
             if self.is_attached:
                 problem.update(Text(visible_lines(str(error))))
             return
         if self.is_attached:
-            self.dismiss((*self._arguments(found), "--out", str(folder)))
+            self.dismiss((*arguments, "--out", str(folder)))
 
     @on(Button.Pressed, "#cancel")
     def _cancel(self) -> None:

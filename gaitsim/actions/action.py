@@ -1,0 +1,266 @@
+"""The base of actions, and the options that choose and change the individuals that they show."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from gaitsim.contracts.plugin import option
+from gaitsim.contracts.product import Input, Names
+from gaitsim.errors import GaitsimError
+
+if TYPE_CHECKING:
+    from gaitsim.individual import Choice, Individual, Member, Near
+    from gaitsim.runs.snapshot import RunSnapshot
+
+
+class Action(BaseModel):
+    """A command; its fields are the arguments and options, its docstring is the help.
+
+    Attributes:
+        title: name in menus; '' for actions that no menu offers.
+        plugins: kind of plugins whose options the command has, too; '' for none.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    title: ClassVar[str] = ""
+    plugins: ClassVar[str] = ""
+
+    def do(self) -> None:
+        """Carry out the action, and print its results."""
+        raise NotImplementedError
+
+    @classmethod
+    def check(cls, individual: "Individual") -> None:
+        """Check that the action applies to an individual.
+
+        Raises:
+            GaitsimError: data are missing, or a package that is needed is not installed.
+        """
+
+
+def argument(help: str, placeholder: str, *, completion: str = "", shown: bool = False) -> Any:
+    """Declare a required argument of an action.
+
+    Args:
+        help: description of the argument, a phrase without a full stop.
+        placeholder: name of the argument in the help.
+        completion: name of the function in `gaitsim.cli.completion` that completes it.
+        shown: whether forms show the argument, which is otherwise the run of the form.
+    """
+    extra = {"placeholder": placeholder, "argument": "shown" if shown else "hidden"}
+    return Field(
+        description=help, json_schema_extra={**extra, "completion": completion or "run_names"}
+    )
+
+
+RUN = "name of a run in runs/, or its folder"
+RUN_OR_CODE = (
+    "name of a run in runs/, or its folder; or a challenge code (from 'gaitsim share'), a file "
+    "that contains a code, or '-' to read a code from standard input"
+)
+JSON: bool = option(False, "print one JSON object per line, for scripts", flag="--json")
+
+
+def parse_generations(value: Any) -> Any:
+    """Return the generations in a string such as '1,50', in order."""
+    if not isinstance(value, str | int):
+        return value
+    parts = [part.strip() for part in str(value).split(",")]
+    if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
+        raise GaitsimError(
+            f"invalid list of generations: {value!r}",
+            where="--generations",
+            allowed="numbers separated by commas, such as 1,50,300",
+        )
+    return tuple(dict.fromkeys(int(part) for part in parts))
+
+
+Generations = Annotated[tuple[int, ...], BeforeValidator(parse_generations)]
+
+
+class ChosenIndividual(Action):
+    """Options that choose an individual of a run."""
+
+    generation: int | None = option(
+        None,
+        "use the best individual of this generation",
+        ge=1,
+        unset="the champion, the best individual of the run",
+    )
+    member: Annotated[str, BeforeValidator(str)] | None = option(
+        None,
+        "use this member of the front or archive (see 'gaitsim members'), or the best member near "
+        "the given values, such as 'duty factor L2=0'",
+        placeholder="N|NAME=VALUE,…",
+    )
+
+    @property
+    def choice(self) -> "Choice":
+        """The chosen individual; None for the champion.
+
+        Raises:
+            GaitsimError: both a generation and a member are chosen, or the member is invalid.
+        """
+        if self.member is None:
+            return self.generation
+        if self.generation is not None:
+            raise not_combinable(
+                "--generation", "--member", "one of the two; members belong to the last generation"
+            )
+        return parse_member(self.member)
+
+    def choices(self) -> "tuple[Choice, ...]":
+        """Return the chosen individuals, in order; () for the champion."""
+        return () if self.choice is None else (self.choice,)
+
+
+class OneIndividual(ChosenIndividual):
+    """Options that choose an individual of a run, and change its body."""
+
+    damage: Names | None = option(
+        None,
+        "simulate damage to the body, such as 'L2 lost' or 'R1 femur stuck 20'",
+        placeholder="TEXT",
+    )
+    world: Names | None = option(
+        None,
+        "set a condition of the world, such as 'friction 0.4' ('gaitsim plugins show BODY' lists "
+        "conditions)",
+        placeholder="TEXT",
+    )
+    engine: str | None = option(
+        None, "physics engine for the robot, such as 'bullet'", placeholder="NAME"
+    )
+
+    def changed(self, individual: "Individual") -> "Individual":
+        """Return an individual with the chosen damage, world and engine.
+
+        Raises:
+            GaitsimError: the body does not support the change, or a condition has no value.
+        """
+        if not (self.damage or self.world or self.engine):
+            return individual
+        from gaitsim.evaluation.worlds import parse_world
+        from gaitsim.gait.changed import in_engine, with_damage, with_world
+
+        conditions = parse_world(self.world or (), "--world")
+        if self.damage:
+            individual = with_damage(individual, self.damage)
+        if conditions:
+            individual = with_world(individual, conditions)
+        return in_engine(individual, self.engine) if self.engine else individual
+
+    def individuals(self, run: "RunSnapshot") -> "tuple[Individual, ...]":
+        """Return the chosen individuals of a run, on their changed bodies."""
+        return tuple(self.changed(run.individual(one)) for one in self.choices() or (None,))
+
+
+class SeveralIndividuals(OneIndividual):
+    """Options that choose individuals of a run, and change their bodies."""
+
+    generations: Generations | None = option(
+        None,
+        "show the best individuals of several generations side by side, such as 1,50,300",
+        allowed="numbers separated by commas",
+        placeholder="N,N,…",
+    )
+
+    def choices(self) -> "tuple[Choice, ...]":
+        """Return the chosen individuals, in order; () for the champion."""
+        found = super().choices()
+        if found and self.generations:
+            option = "--generation" if self.member is None else "--member"
+            raise not_combinable(option, "--generations")
+        return self.generations or found
+
+
+def individual_options(input: Input) -> tuple[str, ...]:
+    """Return the names of the options above that apply to a kind of input."""
+    models = {"run": Action, "individual": OneIndividual, "individuals": SeveralIndividuals}
+    return tuple(models[input].model_fields)
+
+
+def not_combinable(first: str, second: str, allowed: str = "one of the two") -> GaitsimError:
+    """Return the error of two options that exclude each other."""
+    return GaitsimError(
+        f"{first} and {second} cannot be combined", where=f"{first}, {second}", allowed=allowed
+    )
+
+
+def parse_member(text: str) -> "Member | Near":
+    """Return the member of `--member`: a number, or values that it is near.
+
+    Raises:
+        GaitsimError: the text is neither a number nor NAME=VALUE,….
+    """
+    import math
+
+    from gaitsim.individual import Member, Near
+
+    allowed = "a number from 1, or NAME=VALUE,…, such as 'duty factor L2=0'"
+    if text.isascii() and text.isdecimal() and len(text) < 10 and int(text):
+        return Member(int(text))
+    if "=" not in text:
+        raise GaitsimError(f"invalid member: {text!r}", where="--member", allowed=allowed)
+    values = parse_pairs(text, "--member", allowed)
+    try:
+        found = {name: float(value) for name, value in values.items()}
+        if not all(map(math.isfinite, found.values())):
+            raise ValueError
+    except ValueError:
+        raise GaitsimError(
+            f"a value in {text!r} is not a number", where="--member", allowed=allowed
+        ) from None
+    return Near(found)
+
+
+def parse_pairs(text: str, option: str, allowed: str) -> dict[str, str]:
+    """Return the texts of a list NAME=TEXT,… by name; '' for a name without a text.
+
+    Raises:
+        GaitsimError: a name is missing or repeated.
+    """
+    found: dict[str, str] = {}
+    for part in text.split(","):
+        name, _, value = (one.strip() for one in part.partition("="))
+        if not name or name in found:
+            what = f"{name!r} is given twice" if name else f"a name is missing in {text!r}"
+            raise GaitsimError(what, where=option, allowed=allowed)
+        found[name] = value
+    return found
+
+
+def choose_format(
+    format: str | None, out: Path | None, known: Sequence[str], default: str, what: str
+) -> str:
+    """Return the format given by `--format`, or else by the extension of `--out`.
+
+    Args:
+        format: value of `--format`.
+        out: value of `--out`.
+        known: the formats, each equal to the extension of its files.
+        default: format if neither option is given.
+        what: content of the files, in the plural.
+
+    Raises:
+        GaitsimError: the two options contradict each other, or the extension is unknown.
+    """
+    if out is None:
+        return format or default
+    ending = out.suffix[1:].lower()
+    if format is None and ending not in known:
+        raise GaitsimError(
+            f"unknown extension for {what}: {out}",
+            where="--out",
+            allowed=", ".join(f".{one}" for one in known),
+            remedy="change the extension, or add --format",
+        )
+    if format is not None and ending in known and ending != format:
+        raise GaitsimError(
+            f"{out} ends with .{ending}, but --format is {format}",
+            remedy="omit one of the two",
+        )
+    return format or ending

@@ -1,0 +1,162 @@
+"""`gaitsim export`."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from pydantic import Field
+
+from gaitsim.actions.action import RUN, Action, argument, choose_format, not_combinable
+from gaitsim.actions.products import read_product
+from gaitsim.contracts.plugin import option
+from gaitsim.contracts.product import Exported, Exporter, Subject
+from gaitsim.errors import GaitsimError
+from gaitsim.registry.loading import load_product, products
+
+if TYPE_CHECKING:
+    from gaitsim.api import Run
+    from gaitsim.individual import Individual
+
+DEFAULT = "mat"
+
+
+class Export(Action):
+    """Export the champion: its joint angles, a file for a robot, or the body in motion.
+
+    [bold]Examples[/bold]
+
+    gaitsim export spider --format mat
+
+    gaitsim export spider --out gait.csv
+
+    gaitsim export spider --damage "R1 femur stuck 20"
+
+    gaitsim export spider --format html --generations 1,50,300
+
+    gaitsim export spider --format servo --centre 90 --keyframe-ms 100
+
+    gaitsim export spider --format arduino --calibration-template robot.toml
+
+    gaitsim export spider --format arduino --calibration robot.toml
+
+    gaitsim export spider --format ros2 --out goal.yaml
+
+    gaitsim export spider --format glb
+
+    gaitsim export spider --format tensorboard
+
+    gaitsim export spider-atlas --format atlas
+    """
+
+    plugins: ClassVar[str] = "exporter"
+
+    run: str = argument(RUN, "RUN")
+    format: str | None = option(
+        None,
+        "format:\n\n{}\n\nDefault: from the extension of --out, otherwise 'mat'",
+        placeholder="FORMAT",
+        completion="export_formats",
+    )
+    out: Path | None = option(None, "file to write", unset="a file in the run's exports folder")
+    options: dict[str, Any] = Field({}, description="options of the format, by name")
+
+    def do(self) -> None:
+        """Write the file or folder."""
+        from gaitsim.console.interrupts import all_or_nothing
+        from gaitsim.console.printing import echo, notice, report_files, status
+        from gaitsim.console.progress_bar import Progress
+        from gaitsim.gait.gait_files import check_folder
+        from gaitsim.runs.files.folder import exports_folder, find_run
+        from gaitsim.runs.snapshot import RunSnapshot
+
+        with status("Reading the run …"):
+            out = self.out
+            if out is not None and self.format is None:
+                check_folder(out)
+                out = out if out.suffix else out.with_suffix(f".{DEFAULT}")
+            name = self.format or format_of(out)
+            chosen, exporter = read_product("exporter", name, self.options)
+            assert isinstance(exporter, Exporter)
+            ending = exporter.suffix.rpartition(".")[2]
+            if out is not None and self.format is not None and ending:
+                choose_format(ending, out, (*endings(), "yaml"), ending, "gaits")
+            if out is not None and exporter.suffix:
+                check_folder(out)
+            if out is not None and exporter.other_file:
+                raise not_combinable("--out", "--calibration-template")
+            run = RunSnapshot(find_run(self.run))
+        progress = Progress(name, exporter.items)
+        subject = Subject(run, (), progress.expect, progress.advance)
+        if exporter.input != "run":
+            with status("Simulating the champion …"):
+                subject = Subject(run, chosen.individuals(run))
+        path = exporter.other_file or out
+        path = path or exports_folder(run.path) / exporter.file_name(subject)
+        with all_or_nothing(), progress if exporter.items else status(f"Writing {path.name} …"):
+            done = exporter.write(subject, path)
+        report_files(path)
+        for text in done.notices:
+            notice(text)
+        echo(f"{path}: {done.summary}")
+
+
+def endings() -> list[str]:
+    """Return the formats that the extension of a file chooses."""
+    return [name for name, one in products("exporter").items() if one.suffix == f".{name}"]  # type: ignore[attr-defined]
+
+
+def format_of(path: Path | None) -> str:
+    """Return the format that the extension of a file chooses.
+
+    Raises:
+        GaitsimError: the extension is unknown.
+    """
+    return choose_format(None, path, endings(), DEFAULT, "gaits")
+
+
+def export(
+    exported: "Individual | Run", path: str | Path, format: str | None = None, **options: Any
+) -> Exported:
+    """Write an individual or a run to a file, as `gaitsim export` does.
+
+    Args:
+        exported: an individual, such as a run's champion, `run.replay(12)` or
+            `run.replay(world={...})`; or a run, for its champion or for a format that needs a
+            whole run, such as 'atlas'.
+        path: path of the file, or of a folder for some formats, such as 'arduino' and 'rosbag2'.
+        format: a format listed by `gaitsim export --help`, such as 'mat', 'csv', 'arduino' or
+            'ros2'; None takes the format from the file's extension, or else 'mat'.
+        **options: options of the format, such as `calibration`, `keyframe_ms`, `speed`, `clip`,
+            `centre`, `min` and `max`; `gaitsim plugins show FORMAT` lists them.
+
+    Returns:
+        A description of the file's content, and notices.
+
+    Raises:
+        GaitsimError: the format or an option is unknown, the body lacks something that the format
+            needs (such as joint angles), the calibration is invalid, or the gait exceeds the
+            limits of the servos.
+        RunError: the file cannot be written.
+    """
+    from gaitsim.individual import Individual
+
+    path = Path(path)
+    ending = path.suffix[1:].lower()
+    exporter = load_product(
+        "exporter", format or (ending if ending in endings() else DEFAULT), options
+    )
+    assert isinstance(exporter, Exporter)
+    alone = isinstance(exported, Individual)
+    if alone and exporter.input == "run":
+        raise GaitsimError(
+            f"the format {format!r} needs a whole run, not one individual",
+            remedy="pass the run itself, from gaitsim.load()",
+        )
+    if isinstance(exported, Individual):
+        subject = Subject(None, (exported,))
+    else:
+        run = exported.snapshot
+        subject = Subject(run, () if exporter.input == "run" else (run.individual(),))
+    return exporter.write(subject, path)
+
+
+ACTION = Export

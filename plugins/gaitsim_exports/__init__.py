@@ -1,0 +1,156 @@
+"""Joint angles for MATLAB, NumPy and spreadsheets, web pages, glTF and TensorBoard."""
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
+
+from gaitsim.contracts import Exported, Exporter, Subject
+
+if TYPE_CHECKING:
+    from gaitsim.contracts.product import Input
+    from gaitsim.individual import Individual
+
+
+class GaitExporter(Exporter):
+    """The joint angles of a gait."""
+
+    group: ClassVar[str] = "Joint angles"
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the body has joint angles."""
+        from gaitsim.gait.gait_files import gait_of
+
+        gait_of(individual)
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the file."""
+        from gaitsim.gait.gait_files import gait_of, write_gait
+
+        gait = gait_of(subject.individual)
+        frames, joints = gait.angles.shape
+        write_gait(gait, path, self.suffix[1:])
+        return Exported(f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+
+
+class Mat(GaitExporter):
+    """The joint angles of a gait, for MATLAB and Octave."""
+
+    title: ClassVar[str] = "Gait file for MATLAB"
+    note: ClassVar[str] = "MATLAB, Octave"
+    suffix: ClassVar[str] = ".mat"
+
+
+class Csv(GaitExporter):
+    """The joint angles of a gait, as a table."""
+
+    title: ClassVar[str] = "Gait file as CSV"
+    suffix: ClassVar[str] = ".csv"
+
+
+class Npz(GaitExporter):
+    """The joint angles of a gait, for NumPy."""
+
+    title: ClassVar[str] = "Gait file for NumPy"
+    note: ClassVar[str] = "NumPy"
+    suffix: ClassVar[str] = ".npz"
+
+
+class BodyExporter(Exporter):
+    """The body in motion."""
+
+    group: ClassVar[str] = "The body in motion"
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the body can be drawn."""
+        from gaitsim.render.scene.clip import clip_of
+
+        clip_of(individual)
+
+
+class Html(BodyExporter):
+    """A web page that plays individuals in 3D, even offline."""
+
+    title: ClassVar[str] = "Web page"
+    note: ClassVar[str] = "web page"
+    suffix: ClassVar[str] = ".html"
+    stem: ClassVar[str] = "page"
+    input: ClassVar["Input"] = "individuals"
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the page."""
+        from gaitsim.render.page.player import write_page
+
+        return Exported(write_page(subject.individuals, path, subject.run))
+
+
+class Glb(BodyExporter):
+    """The body in motion as glTF, for Blender and others."""
+
+    title: ClassVar[str] = "glTF for Blender"
+    note: ClassVar[str] = "glTF for Blender and others"
+    suffix: ClassVar[str] = ".glb"
+    stem: ClassVar[str] = "body"
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the file."""
+        from gaitsim_exports.gltf.glb import write_glb
+
+        write_glb(subject.individual, path)
+        skeleton = subject.individual.skeleton
+        frames, rate = len(skeleton.segments), skeleton.frame_rate
+        return Exported(f"animated glTF 2.0 of {frames:,} frames at {rate:g} Hz")
+
+
+class RunExporter(Exporter):
+    """A whole run."""
+
+    group: ClassVar[str] = "The whole run"
+    input: ClassVar["Input"] = "run"
+
+
+class Atlas(RunExporter):
+    """A web page with the archive as a map of animated gaits."""
+
+    title: ClassVar[str] = "Archive as a web page"
+    note: ClassVar[str] = "web page with the archive as a map of animated gaits"
+    suffix: ClassVar[str] = ".html"
+    stem: ClassVar[str] = "atlas"
+    items: ClassVar[str] = "gaits"
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the search keeps an archive."""
+        from gaitsim.render.plots.data import require_archive
+
+        require_archive(individual)
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the page."""
+        from gaitsim.render.page.atlas import write_atlas
+
+        run = subject.whole_run
+        return Exported(write_atlas(run, path, begin=subject.begin, advance=subject.advance))
+
+
+class Tensorboard(RunExporter):
+    """Event files for TensorBoard."""
+
+    title: ClassVar[str] = "Events for TensorBoard"
+    suffix: ClassVar[str] = ""
+    stem: ClassVar[str] = "tensorboard"
+    items: ClassVar[str] = "generations"
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the package tensorboardX is installed."""
+        from gaitsim_exports.tensorboard import check_installed
+
+        check_installed()
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the event files to a folder."""
+        from gaitsim_exports.tensorboard import write_events
+
+        run = subject.whole_run
+        subject.begin(run.generation)
+        notices = write_events(run, path, subject.advance)
+        show = f"tensorboard --logdir {shlex.quote(str(path))}"
+        return Exported(f"{run.generation:,} generations; to view them: {show}", notices)

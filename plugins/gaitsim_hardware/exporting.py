@@ -1,0 +1,165 @@
+"""Export gaits to files that robots can play."""
+
+from pathlib import Path
+
+import numpy as np
+
+from gaitsim.contracts import Exported
+from gaitsim.gait.gait_files import Gait, gait_of
+from gaitsim.gait.report import frames_before_fall
+from gaitsim.individual import Individual
+from gaitsim_hardware.arduino import FLASH, Sketch, create_sketch, sketch_name, write_sketch
+from gaitsim_hardware.calibration import Calibration, default_calibration
+from gaitsim_hardware.calibration_file import read_calibration
+from gaitsim_hardware.keyframes import Keyframes, keyframes_of
+from gaitsim_hardware.loop import Loop, find_loop
+from gaitsim_hardware.rosbag import write_bag
+from gaitsim_hardware.tables import write_degrees, write_ticks
+from gaitsim_hardware.template import write_template
+from gaitsim_hardware.trajectory import MAX_ARGUMENT, trajectory_of, write_goal
+
+
+def export_trajectory(
+    individual: Individual, path: Path, keyframe_ms: int | None, speed: float, *, bag: bool
+) -> Exported:
+    """Write the gait of an individual as the goal of a ROS 2 action, or as a rosbag2 folder."""
+    gait = gait_of(individual)
+    trajectory = trajectory_of(gait, keyframe_ms, speed)
+    points, joints = trajectory.positions.shape
+    seconds = trajectory.nanoseconds[-1] / 1e9
+    summary = f"{points} points × {joints} joints in {seconds:g} s, radians"
+    notices = fall_notices(individual)
+    if bag:
+        write_bag(trajectory, path)
+        return Exported(summary, notices)
+    size = write_goal(trajectory, path)
+    if size >= MAX_ARGUMENT:
+        notices = (
+            *notices,
+            f"the file is too long for a command-line argument: it has {size:,} bytes, and Linux "
+            f"allows fewer than {MAX_ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or newer), or "
+            "use fewer points with --keyframe-ms",
+        )
+    return Exported(summary, notices)
+
+
+def export_keyframes(
+    individual: Individual,
+    format: str,
+    path: Path,
+    calibration: Calibration | None,
+    file: Path | None,
+    keyframe_ms: int | None,
+    speed: float,
+    *,
+    clip: bool,
+) -> Exported:
+    """Write the gait of an individual for servos.
+
+    Args:
+        individual: individual with joint angles.
+        format: 'servo', 'arduino', 'dynamixel' or 'feetech'.
+        path: path of the file, or of the folder of a sketch.
+        calibration: calibration of the servos; None for the one in a file, or the default.
+        file: TOML file of the calibration; None for servos centred in the standing pose.
+        keyframe_ms: time between keyframes, ms; None for one keyframe per frame.
+        speed: playback speed.
+        clip: whether to clip angles beyond the limits instead of raising an error.
+    """
+    name = sketch_name(path) if format == "arduino" else ""
+    gait, assumed = gait_of(individual), ""
+    if calibration is None and file is not None:
+        calibration = read_calibration(file, format, gait.joint_names)
+    elif calibration is None:
+        calibration, assumed = _assumed_calibration(individual, gait, format)
+    loop = find_loop(gait.angles, gait.frame_rate) if format == "arduino" else None
+    keyframes = keyframes_of(gait, calibration, keyframe_ms, speed=speed, clip=clip, loop=loop)
+    if format == "arduino":
+        sketch = create_sketch(keyframes, calibration, name, individual.title)
+        summary = _write_sketch(sketch, path, keyframes, loop, speed)
+    else:
+        summary = _write_table(keyframes, calibration, format, path)
+    clipped = (
+        f"{keyframes.clipped:,} of {keyframes.degrees.size:,} angles were beyond the range of "
+        "their servos and were clipped: the result differs from the evolved gait"
+    )
+    notices = (assumed, clipped if keyframes.clipped else "")
+    return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
+
+
+def fall_notices(individual: Individual) -> tuple[str, ...]:
+    """Return a notice if the body falls in the simulation; () otherwise."""
+    upright = frames_before_fall(individual)
+    if upright >= len(gait_of(individual).angles):
+        return ()
+    seconds = upright / individual.motion.frame_rate
+    return (f"in the simulation, the body falls after {seconds:.1f} s of this gait",)
+
+
+def export_template(individual: Individual, format: str, path: Path) -> Exported:
+    """Write a calibration template for the gait of an individual.
+
+    Args:
+        individual: individual with the robot's body.
+        format: 'arduino', 'dynamixel' or 'feetech'.
+        path: path of the new file.
+    """
+    gait = gait_of(individual)
+    calibration = default_calibration(
+        format, gait.joint_names, gait.standing, _simulated_servo(individual)
+    )
+    write_template(gait, calibration, format, path)
+    return Exported("fill in this calibration, then give it to --calibration")
+
+
+def _simulated_servo(individual: Individual) -> str:
+    """Return the name of the robot's simulated servo; '' for other bodies."""
+    return str(getattr(individual.experiment.organism, "servo", ""))
+
+
+def _assumed_calibration(
+    individual: Individual, gait: Gait, format: str
+) -> tuple[Calibration, str]:
+    """Return the default calibration, and a notice that says so."""
+    servo = _simulated_servo(individual)
+    found = default_calibration(format, gait.joint_names, gait.standing, servo)
+    name = next(iter(found.joints.values())).servo
+    addresses = "channels from 0" if format == "arduino" else "ids from 1"
+    speed = "" if name else "; their speed is unknown and was not checked"
+    return found, (
+        f"no calibration: assumed {addresses} in the order of the joints, and {name or 'hobby'} "
+        f"servos that are centred in the standing pose{speed}. Create a calibration with "
+        f"--calibration-template FILE before you play this file on a robot"
+    )
+
+
+def _write_sketch(
+    sketch: Sketch, path: Path, keyframes: Keyframes, loop: Loop | None, speed: float
+) -> str:
+    """Write a sketch; return its description."""
+    write_sketch(sketch, path)
+    count, joints = keyframes.degrees.shape
+    played = "played once, as no part of the gait repeats"
+    if loop is not None:
+        repeats = f"that repeats to within {np.degrees(loop.error):.2f}°"
+        played = f"a loop of {loop.period / speed:.3f} s {repeats}"
+    return (
+        f"{count} keyframes × {joints} joints every {keyframes.interval * 1000:.3g} ms, {played}; "
+        f"{sketch.flash:,} bytes of flash (at most {FLASH:,}), for {sketch.boards} "
+        f"PCA9685 board{'s' * (sketch.boards > 1)}; at most {keyframes.deviation:.2f}° from the "
+        "gait"
+    )
+
+
+def _write_table(keyframes: Keyframes, calibration: Calibration, format: str, path: Path) -> str:
+    """Write a table; return its description."""
+    unit = "degrees" if format == "servo" else "goal positions by id"
+    if format == "servo":
+        write_degrees(keyframes, path)
+    else:
+        write_ticks(keyframes, calibration, path)
+    count, joints = keyframes.degrees.shape
+    return (
+        f"{count} keyframes × {joints} joints in {keyframes.milliseconds[-1] / 1000:g} s, {unit}; "
+        f"at most {keyframes.deviation:.2f}° from the gait"
+    )
