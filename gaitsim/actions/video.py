@@ -84,8 +84,8 @@ class MakeVideo(SeveralIndividuals):
         with all_or_nothing():
             with status("Simulating the champion …"):
                 from gaitsim.gait.gait_files import check_folder
-                from gaitsim.render.film import FORMATS, RenderSettings
                 from gaitsim.render.encoder import format_speed
+                from gaitsim.render.film import FORMATS, RenderSettings
                 from gaitsim.render.video import Video
                 from gaitsim.runs.files.folder import exports_folder, find_run
                 from gaitsim.runs.snapshot import RunSnapshot

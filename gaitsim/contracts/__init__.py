@@ -6,16 +6,13 @@ if TYPE_CHECKING:
     from gaitsim.contracts.conditions import SEED as SEED
     from gaitsim.contracts.conditions import WORLD_HELP as WORLD_HELP
     from gaitsim.contracts.conditions import Condition as Condition
+    from gaitsim.contracts.conditions import Terrain as Terrain
     from gaitsim.contracts.conditions import check_world as check_world
-    from gaitsim.contracts.search import Fitness as Fitness
     from gaitsim.contracts.motion import Array as Array
     from gaitsim.contracts.motion import Channel as Channel
     from gaitsim.contracts.motion import Measure as Measure
     from gaitsim.contracts.motion import Motion as Motion
     from gaitsim.contracts.motion import Skeleton as Skeleton
-    from gaitsim.contracts.search import Crossover as Crossover
-    from gaitsim.contracts.search import Mutation as Mutation
-    from gaitsim.contracts.search import Selection as Selection
     from gaitsim.contracts.organism import BodyFile as BodyFile
     from gaitsim.contracts.organism import Facts as Facts
     from gaitsim.contracts.organism import Organism as Organism
@@ -33,10 +30,14 @@ if TYPE_CHECKING:
     from gaitsim.contracts.rig import Link as Link
     from gaitsim.contracts.rig import Rig as Rig
     from gaitsim.contracts.search import Context as Context
+    from gaitsim.contracts.search import Crossover as Crossover
+    from gaitsim.contracts.search import Fitness as Fitness
     from gaitsim.contracts.search import Members as Members
+    from gaitsim.contracts.search import Mutation as Mutation
     from gaitsim.contracts.search import Operators as Operators
     from gaitsim.contracts.search import Results as Results
     from gaitsim.contracts.search import Search as Search
+    from gaitsim.contracts.search import Selection as Selection
     from gaitsim.contracts.search import State as State
     from gaitsim.contracts.rig import Solid as Solid
     from gaitsim.contracts.space import BitSpace as BitSpace
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from gaitsim.contracts.steering import Command as Command
     from gaitsim.contracts.steering import Steered as Steered
     from gaitsim.contracts.steering import SteeringPage as SteeringPage
-    from gaitsim.contracts.conditions import Terrain as Terrain
 
 # Imported at first use: declaring the options of a command needs no NumPy.
 _MODULES = {

@@ -109,7 +109,7 @@ def _read(entry: Entry, file: str) -> str | None:
 def products(kind: str) -> "dict[str, type[Product]]":
     """Return the plugins of a kind that can be loaded, by name, grouped as in menus."""
     found: dict[str, type[Product]] = scan(kind)[0]  # type: ignore[assignment]
-    return dict(sorted(found.items(), key=lambda item: (item[1].input != "run", item[1].group)))
+    return dict(sorted(found.items(), key=lambda item: item[1].group))
 
 
 def load_product(kind: str, name: str, options: Mapping[str, Any]) -> "Product":

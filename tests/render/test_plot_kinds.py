@@ -13,29 +13,27 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.path import Path as MatplotlibPath
 
 import gaitsim as gs
-from gaitsim.contracts import Channel, Motion, Skeleton
-from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.actions.plot import file_stem
+from gaitsim.contracts import Channel, Motion, Skeleton, Subject
+from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
 from gaitsim.experiment import load_atlas
 from gaitsim.gait import with_damage
 from gaitsim.gait.feet import feet_of
+from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import lines_of
-from gaitsim_plots.joints import legs_of
-from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run
-from gaitsim_plots.path import scene_of
-from gaitsim_plots.phase import stride_of
-from gaitsim.actions.plot import file_stem
-from gaitsim.contracts import Subject
-from gaitsim.errors import NothingToPlotError
-from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.data import window_slice
+from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
-from gaitsim_plots.voronoi import polygons
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.runs.files.history import terms_of
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.comparison import Sample, analyse
+from gaitsim_plots.joints import legs_of
+from gaitsim_plots.path import scene_of
+from gaitsim_plots.phase import stride_of
+from gaitsim_plots.voronoi import polygons
 
 SPACE = ("x", "y", "z")
 

@@ -8,9 +8,9 @@ import pytest
 from PIL import Image
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.render import tensorboard
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim_exports import tensorboard
 from gaitsim_exports.tensorboard import FILE, write_events
 
 SCORES = "best", "mean", "median", "lower quartile", "upper quartile", "worst", "std"

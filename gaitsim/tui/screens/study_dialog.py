@@ -4,6 +4,7 @@ import asyncio
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
+
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
