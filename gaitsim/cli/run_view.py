@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import toml
-from gaitsim.console.unseen import evaluate_champion
 from gaitsim.console.printing import notice, output, print_json, print_table
+from gaitsim.console.unseen import evaluate_champion
 from gaitsim.errors import MissingFunctionError, RunError
 from gaitsim.evaluation.worlds import ranges_of
 from gaitsim.evolution.transferability import RealityTests
