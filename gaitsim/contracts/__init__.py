@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from gaitsim.contracts.product import Window as Window
     from gaitsim.contracts.rig import Link as Link
     from gaitsim.contracts.rig import Rig as Rig
+    from gaitsim.contracts.rig import Solid as Solid
     from gaitsim.contracts.search import Context as Context
     from gaitsim.contracts.search import Crossover as Crossover
     from gaitsim.contracts.search import Fitness as Fitness
@@ -39,7 +40,6 @@ if TYPE_CHECKING:
     from gaitsim.contracts.search import Search as Search
     from gaitsim.contracts.search import Selection as Selection
     from gaitsim.contracts.search import State as State
-    from gaitsim.contracts.rig import Solid as Solid
     from gaitsim.contracts.space import BitSpace as BitSpace
     from gaitsim.contracts.space import Genomes as Genomes
     from gaitsim.contracts.space import GenomeSpace as GenomeSpace
