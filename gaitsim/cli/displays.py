@@ -17,11 +17,10 @@ from rich.text import Text
 
 from gaitsim.console.printing import echo, notice, output, print_json
 from gaitsim.evolution import Generation
-from gaitsim.experiment import Experiment
-from gaitsim.live.protocol import Best, Snapshot, top_individuals
+from gaitsim.live.protocol import Snapshot
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.runs.files.history import FIGURE, MEAN, figures_of, island_bests, row
+from gaitsim.runs.files.history import FIGURE, MEAN, figures_of, row
 from gaitsim.runs.growing import Rows
 
 Row = Mapping[str, Any]
@@ -305,29 +304,6 @@ def display(path: Path, known: Snapshot, json: bool) -> Display:
     if output().is_terminal:
         return LiveView(path, known)
     return PlainLines(path, known)
-
-
-def snapshot_of(generation: Generation | None, experiment: Experiment, **more: Any) -> Snapshot:
-    """Return the snapshot of a generation for displays; an empty one before the first."""
-    generations, islands = experiment.evolution.generations, experiment.islands.number
-    if generation is None:
-        return Snapshot("running", generations=generations, **more)
-    progress, number = generation.progress, generation.number
-    bests = tuple(island_bests(generation, islands).tolist()) if islands > 1 else ()
-    found = number - progress.stagnation
-    return Snapshot(
-        "finished" if generation.stop else "running",
-        reason=generation.stop,
-        generation=number,
-        generations=generations,
-        stage=progress.stage,
-        evaluations=progress.evaluations,
-        top=top_individuals(generation.scores, generation.evaluation.terms, BEST_SHOWN),
-        islands=bests,
-        # A re-evaluated generation has no champion yet.
-        champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,
-        **more,
-    )
 
 
 def row_of(generation: Generation, snapshot: Snapshot) -> Row:

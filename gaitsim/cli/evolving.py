@@ -14,7 +14,7 @@ from typing import Any, Literal, NoReturn, Unpack
 import numpy as np
 
 from gaitsim.cli.cluster import cluster, warn
-from gaitsim.cli.displays import RESTING, Display, Row, display, row_of, snapshot_of
+from gaitsim.cli.displays import RESTING, Display, Row, display, row_of
 from gaitsim.cli.run_view import summarise
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.codes import challenge_as_start, read_challenge
@@ -25,7 +25,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.live.process import RunProcess, background_state, check_detached, send, start_detached
-from gaitsim.live.protocol import Command, Snapshot
+from gaitsim.live.protocol import Command, Snapshot, snapshot_of
 from gaitsim.live.slots import slot_count
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.registry.entry_points import interrupted_plugin

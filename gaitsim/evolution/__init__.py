@@ -1,8 +1,7 @@
 """The evolution loop, an iterator of frozen generations: ask, evaluate, tell."""
 
-from gaitsim.evolution.generation import Generation
 from gaitsim.evolution.islands import ParallelMap, island_map
-from gaitsim.evolution.loop import advance, evolve, reevaluate
+from gaitsim.evolution.loop import Generation, advance, evolve, reevaluate
 from gaitsim.evolution.searching import ask, first_population
 from gaitsim.stopping import SearchProgress, stop_reason
 

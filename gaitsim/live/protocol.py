@@ -12,7 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, error_from_dict
-from gaitsim.experiment import Overrides, Typed
+from gaitsim.evolution import Generation
+from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, Typed
+from gaitsim.runs.files.history import island_bests
 from gaitsim.runs.growing import Rows
 
 State = Literal[
@@ -125,6 +127,31 @@ class Snapshot:
         """Seconds until the planned generations are done at the current speed; None while idle."""
         speed = self.generations_per_second
         return max(self.generations - self.generation, 0) / speed if speed > 0 else None
+
+
+def snapshot_of(
+    generation: Generation | None, experiment: Experiment | ExperimentOutline, **more: Any
+) -> Snapshot:
+    """Return the snapshot of a generation, without its genomes; an empty one before the first."""
+    generations, islands = experiment.evolution.generations, experiment.islands.number
+    if generation is None:
+        return Snapshot("running", generations=generations, **more)
+    progress, number = generation.progress, generation.number
+    bests = tuple(island_bests(generation, islands).tolist()) if islands > 1 else ()
+    found = number - progress.stagnation
+    return Snapshot(
+        "finished" if generation.stop else "running",
+        reason=generation.stop,
+        generation=number,
+        generations=generations,
+        stage=progress.stage,
+        evaluations=progress.evaluations,
+        top=top_individuals(generation.scores, generation.evaluation.terms),
+        islands=bests,
+        # A re-evaluated generation has no champion yet.
+        champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,
+        **more,
+    )
 
 
 def merge(first: Snapshot, then: Snapshot) -> Snapshot:

@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.live.protocol import Best, Clock, Event, Snapshot, Speed, State, top_individuals
+from gaitsim.live.protocol import Best, Clock, Event, Snapshot, Speed, snapshot_of
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import champion_file, deleted_or_moved, saved_champions
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.growing import HistoryBuffer, RunFollower
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import RunStage
+from gaitsim.runs.stages import RunStage, restore_generation
 
 PERIOD = 0.25  # seconds between two reads
 RECENT = 3.0  # seconds over which speeds are measured
@@ -111,8 +111,7 @@ class RunWatcher:
         generations = run.outline.evolution.generations
         checkpoint, warning = run.checkpoint, run.warning
         if checkpoint is None:
-            state: State = "elsewhere" if locked else "stopped"
-            return Snapshot(state, generations=generations)
+            return Snapshot("elsewhere" if locked else "stopped", generations=generations)
         reason = "" if locked else run.stop_reason
         rows = self._follower.read_rows(run)
         seen = len(self.history)
@@ -123,17 +122,13 @@ class RunWatcher:
         events = events_in(self.history, stages, kept, seen + 1)
         if warning and not seen:
             events.append(Event(checkpoint.generation, "warning", warning))
-        return Snapshot(
+        return replace(
+            snapshot_of(restore_generation(checkpoint), stages[-1].outline),
             state="elsewhere" if locked else "finished" if reason else "stopped",
             reason=reason,
-            generation=checkpoint.generation,
             generations=generations,
-            stage=len(stages),
             scored_from=run.first_comparable,
-            evaluations=checkpoint.evaluations,
             rows=rows,
-            top=top_individuals(checkpoint.scores, checkpoint.terms),
-            islands=_islands(run, checkpoint),
             champion=self._champion(run, checkpoint),
             events=tuple(events),
         )
@@ -154,11 +149,3 @@ class RunWatcher:
             except GaitsimError:
                 return Best(generation, score, ())
         return Best(generation, score, tuple(genome.tolist()))
-
-
-def _islands(run: RunSnapshot, checkpoint: Checkpoint) -> tuple[float, ...]:
-    """Return the best score of each island; () for a single population."""
-    number = run.stages[-1].outline.islands.number
-    if number == 1 or len(checkpoint.scores) % number:
-        return ()
-    return tuple(checkpoint.scores.reshape(number, -1).max(axis=1).tolist())

@@ -19,11 +19,11 @@ from gaitsim.cli.displays import (
     LiveView,
     PlainLines,
     row_of,
-    snapshot_of,
 )
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import Islands
+from gaitsim.live.protocol import snapshot_of
 
 CLASSIC = {
     "movement": 3.5,
