@@ -1,7 +1,9 @@
 """Fixtures for all tests: temporary plugin packages, the command line, and small runs."""
 
+import asyncio
 import gc
 import importlib
+import inspect
 import os
 import re
 import shutil
@@ -121,6 +123,16 @@ class Still(Mutation):
     def mutate(self, genomes, space, rng):
         return genomes.copy()
 '''
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_pyfunc_call(pyfuncitem):
+    """Run asynchronous tests."""
+    if not inspect.iscoroutinefunction(pyfuncitem.obj):
+        return None
+    given = {name: pyfuncitem.funcargs[name] for name in pyfuncitem._fixtureinfo.argnames}
+    asyncio.run(pyfuncitem.obj(**given))
+    return True
 
 
 def pytest_xdist_auto_num_workers():

@@ -68,45 +68,37 @@ def test_random_pauses_steps_and_stops_do_not_change_the_run(new_run, uninterrup
     assert RunSnapshot(path).fingerprint() == uninterrupted(*SLOW, generations=15)
 
 
-def test_a_process_pauses_continues_and_changes_options(new_run, wait):
+async def test_a_process_pauses_continues_and_changes_options(new_run, wait):
     path = new_run("run", *SLOW, generations=10_000)
-
-    async def steer():
-        process = RunProcess(path, paused=True)
-        await process.start()
-        await wait(lambda: process.last.state == "paused")
-        assert process.last.generation == 0
-        process.step()
-        await wait(lambda: process.last.generation == 1 and process.last.state == "paused")
-        assert is_locked(path)
-        process.change({"fitness.price": 0.7})
-        await wait(lambda: process.last.stage == 2 and process.last.state == "paused")
-        process.go()
-        await wait(lambda: process.last.generation > 5)
-        process.pause()
-        await wait(lambda: process.last.state == "paused")
-        process.stop()
-        return await final_snapshot(process)
-
-    snapshot = asyncio.run(steer())
+    process = RunProcess(path, paused=True)
+    await process.start()
+    await wait(lambda: process.last.state == "paused")
+    assert process.last.generation == 0
+    process.step()
+    await wait(lambda: process.last.generation == 1 and process.last.state == "paused")
+    assert is_locked(path)
+    process.change({"fitness.price": 0.7})
+    await wait(lambda: process.last.stage == 2 and process.last.state == "paused")
+    process.go()
+    await wait(lambda: process.last.generation > 5)
+    process.pause()
+    await wait(lambda: process.last.state == "paused")
+    process.stop()
+    snapshot = await final_snapshot(process)
     assert snapshot.state == "stopped"
     assert snapshot.generations == 10_000
     assert RunSnapshot(path).generation == snapshot.generation > 5
 
 
 @pytest.mark.slow
-def test_a_slow_reader_gets_all_rows_merged(new_run, wait):
+async def test_a_slow_reader_gets_all_rows_merged(new_run, wait):
     path = new_run()
-
-    async def watch():
-        process = RunProcess(path)
-        await process.start()
-        await wait(lambda: process.last.ended)
-        snapshots = [snapshot async for snapshot in process]
-        await process.wait_ended()
-        return snapshots
-
-    (snapshot,) = asyncio.run(watch())
+    process = RunProcess(path)
+    await process.start()
+    await wait(lambda: process.last.ended)
+    snapshots = [snapshot async for snapshot in process]
+    await process.wait_ended()
+    (snapshot,) = snapshots
     assert snapshot.rows["generation"].tolist() == list(range(1, 31))
     assert snapshot.rows["best"].tolist() == RunSnapshot(path).history["best"].tolist()
     assert next(event.generation for event in snapshot.events if event.kind == "best") == 1
@@ -153,35 +145,26 @@ def test_ctrl_c_in_the_terminal_does_not_reach_the_process(new_run, wait):
     assert asyncio.run(interrupt()).state == "finished"
 
 
-def test_sigterm_stops_and_saves(new_run, wait):
+async def test_sigterm_stops_and_saves(new_run, wait):
     path = new_run("run", *SLOW, generations=10_000)
-
-    async def terminate():
-        process = RunProcess(path)
-        await process.start()
-        await wait(lambda: process.last.generation > 2)
-        os.kill(process.pid, signal.SIGTERM)
-        return await final_snapshot(process)
-
-    snapshot = asyncio.run(terminate())
+    process = RunProcess(path)
+    await process.start()
+    await wait(lambda: process.last.generation > 2)
+    os.kill(process.pid, signal.SIGTERM)
+    snapshot = await final_snapshot(process)
     assert snapshot.state == "stopped"
     assert RunSnapshot(path).generation == snapshot.generation
 
 
-def test_a_killed_process_is_reported(new_run, wait):
+async def test_a_killed_process_is_reported(new_run, wait):
     path = new_run("run", *SLOW, generations=10_000)
-
-    async def kill():
-        process = RunProcess(path)
-        await process.start()
-        await wait(lambda: process.last.generation > 2)
-        process.kill()
-        snapshot = await final_snapshot(process)
-        process.go()
-        process.stop()
-        return snapshot
-
-    snapshot = asyncio.run(kill())
+    process = RunProcess(path)
+    await process.start()
+    await wait(lambda: process.last.generation > 2)
+    process.kill()
+    snapshot = await final_snapshot(process)
+    process.go()
+    process.stop()
     assert (snapshot.state, snapshot.evaluations_per_second) == ("failed", 0)
     assert "was killed or crashed" in snapshot.error.what
     assert str(last_failure(path)) == str(snapshot.error)

@@ -1,6 +1,5 @@
 """Runs that this process does not control: at rest, or written by another process."""
 
-import asyncio
 import shutil
 from functools import partial
 
@@ -68,22 +67,18 @@ def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
     assert numbers == [n for n in saved_champions(path) if n > 2]
 
 
-def test_a_growing_run_is_followed(new_run, monkeypatch):
+async def test_a_growing_run_is_followed(new_run, monkeypatch):
     monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 0.0)
     path = new_run()
-
-    async def follow():
-        seen, watch = [], RunWatcher(path, period=0)
-        with RunWriter.open(path) as writer:
-            generations = writer.evolve(partial(evaluate, writer.experiment))
-            async for snapshot in watch:
-                assert snapshot.state == "elsewhere"
-                seen.append(snapshot.generation)
-                if next(generations, None) is None:
-                    break
-        return seen, watch.poll()
-
-    seen, last = asyncio.run(follow())
+    seen, watch = [], RunWatcher(path, period=0)
+    with RunWriter.open(path) as writer:
+        generations = writer.evolve(partial(evaluate, writer.experiment))
+        async for snapshot in watch:
+            assert snapshot.state == "elsewhere"
+            seen.append(snapshot.generation)
+            if next(generations, None) is None:
+                break
+    last = watch.poll()
     assert seen == list(range(31))
     assert last.state == "finished"
 

@@ -1,7 +1,7 @@
 """Fixtures that drive the app's screens in a temporary folder with runs of puppets."""
 
-import asyncio
 import os
+from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 
@@ -128,23 +128,21 @@ _NAMES |= {"-": "minus", "/": "slash", "_": "underscore"}
 
 @pytest.fixture
 def drive():
-    """Return a function that runs a coroutine on a new app, once home lists its runs."""
+    """Return a context that runs a new app and drives it, once home lists its runs."""
 
-    def drive(test, *, size=(80, 24), folder=Path("runs"), ready=True, **options):
-        async def go():
-            app = RecordingApp(folder, **options)
-            async with app.run_test(size=size) as pilot:
-                driver = Driver(app, pilot)
-                home = app.screen
-                if ready:
-                    await driver.until(lambda: home.runs is not None)
-                    await driver.until(
-                        lambda: not home.runs or any(one.shown for one in home.query("#runs"))
-                    )
-                await test(driver)
-                # A process that outlives the event loop would fail a later test.
-                await app.tasks.stop_all()
-
-        asyncio.run(go())
+    @asynccontextmanager
+    async def drive(*, size=(80, 24), folder=Path("runs"), ready=True, **options):
+        app = RecordingApp(folder, **options)
+        async with app.run_test(size=size) as pilot:
+            driver = Driver(app, pilot)
+            home = app.screen
+            if ready:
+                await driver.until(lambda: home.runs is not None)
+                await driver.until(
+                    lambda: not home.runs or any(one.shown for one in home.query("#runs"))
+                )
+            yield driver
+            # A process that outlives the event loop would fail a later test.
+            await app.tasks.stop_all()
 
     return drive

@@ -29,12 +29,11 @@ async def shown(driver, run):
 
 
 @pytest.mark.slow
-def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, drive):
+async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, drive):
     run = walk("atlas", 3, *ATLAS, generations=9)
     members = RunSnapshot(run).members
     best = int(np.argmax(members.scores)) + 1
-
-    async def test(driver):
+    async with drive(size=(90, 30)) as driver:
         screen = await shown(driver, run)
         plan, pane = screen.map, screen.pane
         assert plan.member == best
@@ -78,17 +77,14 @@ def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, drive):
         await driver.pilot.pause()
         assert plan.member is not None
 
-    drive(test, size=(90, 30))
-
 
 @pytest.mark.slow
-def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive, monkeypatch):
+async def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.atlas.LOOK", 0.05)
     monkeypatch.setattr("gaitsim.tui.screens.atlas.SHARE", 1)
     run = walk("atlas", 3, *ATLAS, generations=9)
     walk("plain", 3)
-
-    async def test(driver):
+    async with drive(size=(90, 30)) as driver:
         screen = await shown(driver, run)
         plan = screen.map
         await driver.press("left", "down")
@@ -116,5 +112,3 @@ def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive,
         driver.app.screen.show_screen("live.Live", run)
         await driver.at("Live")
         await driver.until(lambda: "live.map" in driver.offered())
-
-    drive(test, size=(90, 30))

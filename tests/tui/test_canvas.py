@@ -1,7 +1,7 @@
 """The braille raster, the camera, drawn bodies, and the widget that plays them."""
 
-import asyncio
 import re
+from contextlib import asynccontextmanager
 
 import numpy as np
 import pytest
@@ -64,15 +64,13 @@ class Canvas(App):
         yield self.canvas
 
 
-def play(test, size=(40, 12), **settings):
-    async def run():
-        app = Canvas(**settings)
-        async with app.run_test(size=size) as pilot:
-            app.canvas.focus()
-            await pilot.pause()
-            await test(app.canvas, pilot)
-
-    asyncio.run(run())
+@asynccontextmanager
+async def play(size=(40, 12), **settings):
+    app = Canvas(**settings)
+    async with app.run_test(size=size) as pilot:
+        app.canvas.focus()
+        await pilot.pause()
+        yield app.canvas, pilot
 
 
 class TestDots:
@@ -278,8 +276,8 @@ class TestPicture:
 
 
 class TestWidget:
-    def test_keys_move_the_camera(self):
-        async def test(canvas, pilot):
+    async def test_keys_move_the_camera(self):
+        async with play(skeleton=walker()) as (canvas, pilot):
             start = canvas.view
             await pilot.press("left")
             assert canvas.view.azimuth != start.azimuth
@@ -294,10 +292,8 @@ class TestWidget:
             await pilot.press("v")
             assert canvas.view.name == "side"
 
-        play(test, skeleton=walker())
-
-    def test_the_mouse_turns_and_zooms(self):
-        async def test(canvas, pilot):
+    async def test_the_mouse_turns_and_zooms(self):
+        async with play(skeleton=walker()) as (canvas, pilot):
             await pilot.mouse_down(canvas, (10, 5))
             await pilot.hover(canvas, (14, 7))
             await pilot.mouse_up(canvas, (14, 7))
@@ -309,12 +305,9 @@ class TestWidget:
             await pilot.pause()
             assert canvas.view.zoom > 1
 
-        play(test, skeleton=walker())
-
-    def test_it_plays_by_the_clock_in_a_loop(self):
+    async def test_it_plays_by_the_clock_in_a_loop(self):
         now = [100.0]
-
-        async def test(canvas, pilot):
+        async with play(skeleton=walker(), clock=lambda: now[0]) as (canvas, pilot):
             canvas.speed = 2.0
             canvas.playing = True
             now[0] += 0.5
@@ -328,10 +321,8 @@ class TestWidget:
             await pilot.pause(0.2)  # some ticks
             assert canvas.seconds == pytest.approx(0.5)
 
-        play(test, skeleton=walker(), clock=lambda: now[0])
-
-    def test_another_body_keeps_the_camera_and_the_time(self):
-        async def test(canvas, pilot):
+    async def test_another_body_keeps_the_camera_and_the_time(self):
+        async with play(skeleton=walker()) as (canvas, pilot):
             canvas.show_frame(20)
             await pilot.press("v")
             canvas.set_skeleton(walker(frames=41))
@@ -339,10 +330,8 @@ class TestWidget:
             canvas.set_skeleton(walker(frames=11))
             assert canvas.seconds <= canvas.duration
 
-        play(test, skeleton=walker())
-
-    def test_only_rows_that_changed_are_refreshed(self, monkeypatch):
-        async def test(canvas, pilot):
+    async def test_only_rows_that_changed_are_refreshed(self, monkeypatch):
+        async with play(skeleton=walker()) as (canvas, pilot):
             refreshed = []
             canvas.view = Viewpoint(follow=False).named("side")
             await pilot.pause()
@@ -353,10 +342,8 @@ class TestWidget:
             (regions,) = refreshed
             assert 0 < len(regions) < 12
 
-        play(test, skeleton=walker())
-
-    def test_a_message_is_shown_literally_without_a_body(self):
-        async def test(canvas, pilot):
+    async def test_a_message_is_shown_literally_without_a_body(self):
+        async with play(message="no [bold]champion[/bold] 漢字") as (canvas, pilot):
             shown = "\n".join(strip.text for strip in strips(canvas))
             assert "no [bold]champion[/bold] 漢字" in shown
             assert all(strip.cell_length == 40 for strip in strips(canvas))
@@ -364,10 +351,9 @@ class TestWidget:
             canvas.show_frame(3)
             assert canvas.frame == 0
 
-        play(test, message="no [bold]champion[/bold] 漢字")
+    async def test_it_adopts_the_colours_of_another_theme(self):
+        async with play(skeleton=walker()) as (canvas, pilot):
 
-    def test_it_adopts_the_colours_of_another_theme(self):
-        async def test(canvas, pilot):
             def used():
                 return {part.style.bgcolor for strip in strips(canvas) for part in strip}
 
@@ -375,8 +361,6 @@ class TestWidget:
             pilot.app.theme = "textual-light"
             await pilot.pause()
             assert not used() & before
-
-        play(test, skeleton=walker())
 
 
 def wheel(canvas):

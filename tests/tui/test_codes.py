@@ -8,10 +8,9 @@ from gaitsim.sharing.challenge import Challenge
 from gaitsim.tui.screens.verify import Verify
 
 
-def test_a_code_is_copied_from_the_replay(walk, drive):
+async def test_a_code_is_copied_from_the_replay(walk, drive):
     run = walk()
-
-    async def test(driver):
+    async with drive() as driver:
         driver.app.screen.show_screen("replay.Replay", run)
         screen = await driver.at("Replay")
         await driver.until(lambda: screen.pane.shown is not None)
@@ -25,13 +24,10 @@ def test_a_code_is_copied_from_the_replay(walk, drive):
         assert "Copied" in driver.notifications()
         await driver.at("Replay")
 
-    drive(test)
 
-
-def test_a_damaged_code_is_reported_in_the_dialog(walk, drive):
+async def test_a_damaged_code_is_reported_in_the_dialog(walk, drive):
     walk()
-
-    async def test(driver):
+    async with drive() as driver:
         driver.app.screen.verify_code()
         await driver.at("AskCode")
         driver.screen.query_one("#code").text = "gaitsim1-AAAA"
@@ -40,14 +36,11 @@ def test_a_damaged_code_is_reported_in_the_dialog(walk, drive):
         await driver.press("escape")
         await driver.at("Home")
 
-    drive(test)
-
 
 @pytest.mark.slow
-def test_a_pasted_code_is_verified(walk, drive):
+async def test_a_pasted_code_is_verified(walk, drive):
     run = walk()
-
-    async def test(driver):
+    async with drive() as driver:
         from gaitsim.api import load
 
         code = load(run).share()
@@ -64,13 +57,10 @@ def test_a_pasted_code_is_verified(walk, drive):
             assert not {"verify.some", "verify.all"} & driver.offered()
             await driver.press("escape")
 
-    drive(test)
 
-
-def test_home_writes_a_gallery(walk, drive, monkeypatch):
+async def test_home_writes_a_gallery(walk, drive, monkeypatch):
     walk()
-
-    async def test(driver):
+    async with drive() as driver:
         started = []
         monkeypatch.setattr(driver.app, "start_task", lambda words, **_: started.append(words))
         await driver.press("B")
@@ -78,5 +68,3 @@ def test_home_writes_a_gallery(walk, drive, monkeypatch):
         await driver.press("enter")
         await driver.until(lambda: bool(started))
         assert started == [("gallery", "runs", "--out", "site")]
-
-    drive(test)

@@ -1,9 +1,9 @@
 """Comparison of runs: differences, the screen and the command."""
 
-import asyncio
 import json
 import os
 import shutil
+from contextlib import asynccontextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -167,15 +167,13 @@ class TestRuns:
         ] * 5
 
 
-def compare(runs, test, size=(80, 24)):
-    async def go():
-        app = GaitsimApp(Path("runs"))
-        async with app.run_test(size=size) as pilot:
-            app.screen.show_screen("compare.Compare", list(runs))
-            await settled(pilot)
-            await test(app.screen, pilot)
-
-    asyncio.run(go())
+@asynccontextmanager
+async def compare(runs, size=(80, 24)):
+    app = GaitsimApp(Path("runs"))
+    async with app.run_test(size=size) as pilot:
+        app.screen.show_screen("compare.Compare", list(runs))
+        await settled(pilot)
+        yield app.screen, pilot
 
 
 async def settled(pilot):
@@ -197,18 +195,16 @@ def cells(screen):
 
 
 class TestScreen:
-    def test_curves_and_table_show_the_runs(self, two):
-        async def test(screen, pilot):
+    async def test_curves_and_table_show_the_runs(self, two):
+        async with compare(two) as (screen, _pilot):
             assert [one.name for one in shown(screen)] == ["one", "two"]
             assert np.array_equal(shown(screen)[0].y, RunSnapshot(two[0]).history["best"])
             assert cells(screen)["seed"] == ["1", "2"]
             assert screen.sub_title == "best score by generation"
             assert not screen.query_one("#warning").display
 
-        compare(two, test)
-
-    def test_keys_cycle_through_quantities_and_axes(self, two):
-        async def test(screen, pilot):
+    async def test_keys_cycle_through_quantities_and_axes(self, two):
+        async with compare(two) as (screen, pilot):
             history = RunSnapshot(two[0]).history
             for quantity in ("mean", "median", "diversity", "best"):
                 await pilot.press("o")
@@ -219,33 +215,25 @@ class TestScreen:
             await pilot.press("x", "x")
             assert np.array_equal(shown(screen)[0].x, history["generation"])
 
-        compare(two, test)
-
-    def test_stages_are_listed_and_marked(self, two, gaitsim):
+    async def test_stages_are_listed_and_marked(self, two, gaitsim):
         gaitsim("resume", "one", "--generations", "8", "--set", "fitness.price=0.3")
-
-        async def test(screen, pilot):
+        async with compare(two) as (screen, _pilot):
             assert cells(screen)["fitness.price"] == ["0.1, from 6: 0.3", "0.1"]
             assert shown(screen)[0].stages == (5,)
             message = str(screen.query_one("#warning").render())
             assert "are not comparable: fitness.price differs" in message
             assert screen.query_one(Curves).marks == (6.0,)
 
-        compare(two, test)
-
-    def test_a_run_is_chosen_and_replayed_beside_the_other(self, two):
-        async def test(screen, pilot):
+    async def test_a_run_is_chosen_and_replayed_beside_the_other(self, two):
+        async with compare(two) as (screen, pilot):
             asked = []
             screen.show_screen = lambda *what, beside=None: asked.append((*what, beside))
             await pilot.press("right", "r", "enter")
             assert asked == [("replay.Replay", two[1], two[0]), ("live.Live", two[1], None)]
 
-        compare(two, test)
-
-    def test_an_evolving_run_is_reread(self, two, monkeypatch):
+    async def test_an_evolving_run_is_reread(self, two, monkeypatch):
         monkeypatch.setattr("gaitsim.tui.screens.compare.EVERY", 0.05)
-
-        async def test(screen, pilot):
+        async with compare(two) as (screen, pilot):
             before = shown(screen)
             await pilot.pause(0.2)
             assert shown(screen) is before or shown(screen) == before
@@ -258,31 +246,23 @@ class TestScreen:
 
             await app_until(pilot, same)
 
-        compare(two, test)
-
-    def test_unreadable_runs_are_named_and_the_others_shown(self, two):
+    async def test_unreadable_runs_are_named_and_the_others_shown(self, two):
         (two[1] / "history.csv").write_text("nonsense\n")
-
-        async def test(screen, pilot):
+        async with compare([*two, Path("runs/missing")]) as (screen, pilot):
             message = str(screen.query_one("#problems").render())
             assert "two: history.csv is damaged" in message
             assert "missing: cannot read" in message
             assert [one.name for one in shown(screen)] == ["one"]
             await pilot.press("right", "enter", "r", "o", "x")
 
-        compare([*two, Path("runs/missing")], test)
-
-    def test_runs_without_a_generation_have_no_curves(self, puppet, tmp_path, monkeypatch):
+    async def test_runs_without_a_generation_have_no_curves(self, puppet, tmp_path, monkeypatch):
         monkeypatch.chdir(tmp_path)
         run = create_run(puppet(), Path("runs/new"))
-
-        async def test(screen, pilot):
+        async with compare([run]) as (screen, _pilot):
             assert shown(screen) == ()
             assert cells(screen)["generations"] == ["–"]
             assert not screen.check_action("quantity", ())
             assert not screen.check_action("replay", ())
-
-        compare([run], test)
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])

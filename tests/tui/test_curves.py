@@ -1,6 +1,6 @@
 """Curves in braille dots: the drawing, the axes and the widget."""
 
-import asyncio
+from contextlib import asynccontextmanager
 
 import numpy as np
 import pytest
@@ -223,18 +223,16 @@ class Plot(App):
         yield self.curves
 
 
-def show(test, size=(50, 14)):
-    async def run():
-        app = Plot()
-        async with app.run_test(size=size) as pilot:
-            await test(app.curves, pilot)
-
-    asyncio.run(run())
+@asynccontextmanager
+async def show(size=(50, 14)):
+    app = Plot()
+    async with app.run_test(size=size) as pilot:
+        yield app.curves, pilot
 
 
 class TestWidget:
-    def test_a_message_is_shown_without_finite_values(self):
-        async def test(shown, pilot):
+    async def test_a_message_is_shown_without_finite_values(self):
+        async with show() as (shown, pilot):
             assert "nothing to show yet" in picture_text(shown)
             shown.set_series([series([np.nan])], message="all failed")
             await pilot.pause()
@@ -244,29 +242,23 @@ class TestWidget:
             assert "all failed" not in picture_text(shown)
             assert "┤" in picture_text(shown)
 
-        show(test)
-
-    def test_the_legend_shows_names_literally(self):
-        async def test(shown, pilot):
+    async def test_the_legend_shows_names_literally(self):
+        async with show() as (shown, pilot):
             shown.set_series([series([1, 2], "a [bold]x[/]"), series([2, 3], "漢字")])
             await pilot.pause()
             assert legend(shown) == "━●━ a [bold]x[/]  ╍◆╍ 漢字"
             assert len({shown.sample(index).style.color for index in range(2)}) == 2
 
-        show(test)
-
-    def test_it_is_redrawn_at_another_size(self):
-        async def test(shown, pilot):
+    async def test_it_is_redrawn_at_another_size(self):
+        async with show() as (shown, pilot):
             shown.set_series([series(np.arange(30))])
             await pilot.resize_terminal(30, 8)
             await pilot.pause()
             assert all(strip.cell_length == 30 for strip in strips(shown.query_one(Cells)))
             assert len(strips(shown.query_one(Cells))) == 7
 
-        show(test)
-
-    def test_equal_data_is_not_redrawn(self, monkeypatch):
-        async def test(shown, pilot):
+    async def test_equal_data_is_not_redrawn(self, monkeypatch):
+        async with show() as (shown, pilot):
             shown.set_series([series(np.arange(30))])
             await pilot.pause()
             refreshed = []
@@ -275,8 +267,6 @@ class TestWidget:
             )
             shown.set_series([series(np.arange(30))])
             assert refreshed == []
-
-        show(test)
 
 
 def legend(shown):
@@ -293,8 +283,8 @@ class TestExploring:
         shown.focus()
         await pilot.pause()
 
-    def test_the_cursor_and_the_mouse_show_values(self):
-        async def test(shown, pilot):
+    async def test_the_cursor_and_the_mouse_show_values(self):
+        async with show(size=(50, 14)) as (shown, pilot):
             await self.fill(shown, pilot)
             await pilot.press("right")
             assert "generation 100" in legend(shown)
@@ -312,11 +302,9 @@ class TestExploring:
             await pilot.pause()
             assert 25 < shown.cursor < 45
 
-        show(test, size=(50, 14))
-
     @pytest.mark.parametrize("width", [30, 44, 70])
-    def test_the_curves_keep_their_size_under_the_mouse(self, width):
-        async def test(shown, pilot):
+    async def test_the_curves_keep_their_size_under_the_mouse(self, width):
+        async with show(size=(width, 14)) as (shown, pilot):
             names = ("best", "mean", "a long name of a run")
             y = np.linspace(1, 2, 50)
             shown.set_series([series(y + at, name) for at, name in enumerate(names)])
@@ -327,10 +315,8 @@ class TestExploring:
             assert shown.query_one(CurvePlot).size == size
             assert "generation" in legend(shown)
 
-        show(test, size=(width, 14))
-
-    def test_zoom_and_pan_stay_within_the_curves_and_0_shows_all(self):
-        async def test(shown, pilot):
+    async def test_zoom_and_pan_stay_within_the_curves_and_0_shows_all(self):
+        async with show() as (shown, pilot):
             await self.fill(shown, pilot)
             await pilot.press("plus")
             view = shown.view
@@ -348,10 +334,8 @@ class TestExploring:
             await pilot.press("minus")
             assert not shown.view.zoomed
 
-        show(test)
-
-    def test_the_wheel_zooms_around_the_mouse_and_dragging_pans(self):
-        async def test(shown, pilot):
+    async def test_the_wheel_zooms_around_the_mouse_and_dragging_pans(self):
+        async with show() as (shown, pilot):
             await self.fill(shown, pilot)
             plot = shown.query_one(CurvePlot)
             where = plot.place(30)
@@ -366,11 +350,9 @@ class TestExploring:
             await pilot._post_mouse_events([MouseScrollUp], plot, offset=(30, 5), control=True)
             assert shown.view.bottom is not None
 
-        show(test)
-
     @pytest.mark.slow
-    def test_scores_are_stretched_around_the_cursor_and_squeezed_to_show_all(self):
-        async def test(shown, pilot):
+    async def test_scores_are_stretched_around_the_cursor_and_squeezed_to_show_all(self):
+        async with show() as (shown, pilot):
             y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
             await self.fill(shown, pilot, y)
             assert shown.query_one(CurvePlot).frame.below
@@ -382,10 +364,8 @@ class TestExploring:
             await pilot.press("0")
             assert shown.query_one(CurvePlot).frame.below
 
-        show(test)
-
-    def test_smoothing_shows_medians_and_labels_them(self):
-        async def test(shown, pilot):
+    async def test_smoothing_shows_medians_and_labels_them(self):
+        async with show() as (shown, pilot):
             await self.fill(shown, pilot, np.where(np.arange(100) % 7, 1.0, 50.0))
             await pilot.press("m")
             assert "median of 5" in legend(shown)
@@ -394,10 +374,8 @@ class TestExploring:
             assert "median" not in legend(shown)
             assert shown.query_one(CurvePlot).frame.y.high == 50
 
-        show(test)
-
-    def test_axes_are_logarithmic_if_all_values_are_positive(self):
-        async def test(shown, pilot):
+    async def test_axes_are_logarithmic_if_all_values_are_positive(self):
+        async with show() as (shown, pilot):
             await self.fill(shown, pilot)
             await pilot.press("l", "L")
             frame = shown.query_one(CurvePlot).frame
@@ -407,10 +385,8 @@ class TestExploring:
             assert "no log scale: values ≤ 0" in legend(shown)
             assert not shown.query_one(CurvePlot).frame.y.log
 
-        show(test)
-
-    def test_tools_react_to_clicks(self):
-        async def test(shown, pilot):
+    async def test_tools_react_to_clicks(self):
+        async with show(size=(70, 14)) as (shown, pilot):
             await self.fill(shown, pilot)
             for name, changed in (("smooth", "smooth"), ("log", "log_y"), ("+", "left")):
                 before = getattr(shown.view, changed)
@@ -420,8 +396,6 @@ class TestExploring:
             await pilot.click(".legend", offset=(legend(shown).rindex("all"), 0))
             await pilot.pause()
             assert not shown.view.zoomed
-
-        show(test, size=(70, 14))
 
 
 def picture_text(shown):

@@ -56,11 +56,10 @@ def test_a_clipped_name_fits_its_width(name, width):
 
 class TestTable:
     @pytest.mark.parametrize("size", SIZES)
-    def test_a_row_has_name_body_generation_best_score_and_state(self, walk, drive, size):
+    async def test_a_row_has_name_body_generation_best_score_and_state(self, walk, drive, size):
         path = walk()
         (path / ".lock").touch()
-
-        async def test(driver):
+        async with drive(size=size) as driver:
             row = rows(driver)[0]
             assert row[0] == "walk"
             assert {"puppet", "3/5", "■ stopped"} <= set(row)
@@ -68,16 +67,14 @@ class TestTable:
             assert table.virtual_size.width <= table.size.width
             assert ("puppet-reach" in row) == (size[0] > 100)
 
-        drive(test, size=size)
-
     def test_the_cells_fit_their_columns_at_any_width(self):
         for width in range(80, 300):
             found = columns(width)
             assert sum(cells + 2 for _, cells in found) <= width - 1
             assert [column.name for column, _ in found] in ([*NARROW], [*COLUMNS])
 
-    def test_an_empty_folder_shows_how_to_create_a_run(self, here, drive):
-        async def test(driver):
+    async def test_an_empty_folder_shows_how_to_create_a_run(self, here, drive):
+        async with drive() as driver:
             text = driver.text("#empty")
             assert "There are no runs in runs/ yet" in text
             assert "gaitsim run spider" in text
@@ -89,21 +86,15 @@ class TestTable:
             }
             assert {"home.new", "home.plugins", "app.help", "app.quit"} <= driver.offered()
 
-        drive(test)
-
-    def test_a_missing_folder_is_reported(self, here, drive):
+    async def test_a_missing_folder_is_reported(self, here, drive):
         Path("runs").write_text("")
-
-        async def test(driver):
+        async with drive() as driver:
             assert "cannot list runs" in driver.text("#empty")
 
-        drive(test)
-
-    def test_a_damaged_run_shows_its_problem_and_is_not_opened(self, walk, drive):
+    async def test_a_damaged_run_shows_its_problem_and_is_not_opened(self, walk, drive):
         path = walk()
         (path / "experiment.toml").write_text("[[[")
-
-        async def test(driver):
+        async with drive() as driver:
             assert "✗ damaged" in rows(driver)[0]
             assert "not valid TOML" in driver.text("#details")
             assert not driver.offered() & {"home.export", "home.replay"}
@@ -112,26 +103,20 @@ class TestTable:
             assert isinstance(driver.screen, Home)
             assert "not valid TOML" in driver.notifications()
 
-        drive(test)
-
-    def test_long_names_keep_their_ends(self, walk, drive):
+    async def test_long_names_keep_their_ends(self, walk, drive):
         walk("walker-rough-2")
         walk("walker-rough-3")
-
-        async def test(driver):
+        async with drive() as driver:
             assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
             await driver.press("space")
             assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
             assert marks(driver) == [True, False]
 
-        drive(test)
-
 
 class TestFollowing:
-    def test_locking_and_unlocking_a_run_changes_its_state(self, walk, drive):
+    async def test_locking_and_unlocking_a_run_changes_its_state(self, walk, drive):
         path = walk()
-
-        async def test(driver):
+        async with drive() as driver:
             lock = RunLock(path)
             await look(driver)
             assert "● running" in rows(driver)[0]
@@ -140,12 +125,9 @@ class TestFollowing:
             await look(driver)
             assert "■ stopped" in rows(driver)[0]
 
-        drive(test)
-
-    def test_the_cursor_stays_on_its_run_when_runs_are_added(self, walk, drive):
+    async def test_the_cursor_stays_on_its_run_when_runs_are_added(self, walk, drive):
         walk("b")
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("s")  # by name, the first column, after the last one
             while driver.screen.query_one("#runs").order != "run":
                 await driver.press("s")
@@ -159,14 +141,12 @@ class TestFollowing:
             assert names(driver) == ["a", "c"]
             assert driver.screen.query_one("#runs").run.name == "c"
 
-        drive(test)
-
-    def test_only_changed_cells_are_drawn(self, walk, drive, monkeypatch):
+    async def test_only_changed_cells_are_drawn(self, walk, drive, monkeypatch):
         path = walk()
         walk("other")
         drawn = []
-
-        async def test(driver):
+        now = 2e9
+        async with drive(clock=lambda: now) as driver:
             table = driver.screen.query_one("#runs")
             update = table.update_cell
             monkeypatch.setattr(
@@ -179,12 +159,11 @@ class TestFollowing:
             lock.release()
             assert {(row, column) for row, column, _ in drawn} == {(str(path), "state")}
 
-        now = 2e9
-        drive(test, clock=lambda: now)
-
 
 class TestManyRuns:
-    def test_runs_are_listed_while_the_scan_continues_and_keys_work(self, walk, drive, monkeypatch):
+    async def test_runs_are_listed_while_the_scan_continues_and_keys_work(
+        self, walk, drive, monkeypatch
+    ):
         for number, name in enumerate("abc"):
             os.utime(walk(name, 0) / "experiment.toml", (number, number))
         read, gate = growing.RunFollower.poll, Event()
@@ -195,8 +174,7 @@ class TestManyRuns:
             return read(follower)
 
         monkeypatch.setattr(growing.RunFollower, "poll", slow)
-
-        async def test(driver):
+        async with drive(ready=False) as driver:
             home = driver.screen
             await driver.until(lambda: home.query("#runs") and names(driver) == ["c"])
             assert "1 of 3 runs read" in home.sub_title
@@ -208,9 +186,7 @@ class TestManyRuns:
             assert marks(driver) == [True, False, False]
             assert home.query_one("#runs").run.name == "c"
 
-        drive(test, ready=False)
-
-    def test_the_app_can_quit_during_the_first_scan(self, walk, drive, monkeypatch):
+    async def test_the_app_can_quit_during_the_first_scan(self, walk, drive, monkeypatch):
         for name in "abc":
             walk(name, 0)
         read, gate, seen = growing.RunFollower.poll, Event(), []
@@ -221,14 +197,11 @@ class TestManyRuns:
             return read(follower)
 
         monkeypatch.setattr(growing.RunFollower, "poll", slow)
-
-        async def test(driver):
+        async with drive(ready=False) as driver:
             await driver.until(lambda: seen)
             await driver.press("q")
             await driver.until(lambda: not driver.app.is_running)
             gate.set()
-
-        drive(test, ready=False)
         assert len(seen) == 1
 
 
@@ -239,8 +212,8 @@ class TestSortingAndFiltering:
         walk("two", 1)
         walk("three", 5)
 
-    def test_sorting_by_time_then_by_any_column_in_both_directions(self, three, drive):
-        async def test(driver):
+    async def test_sorting_by_time_then_by_any_column_in_both_directions(self, three, drive):
+        async with drive() as driver:
             assert names(driver) == ["three", "two", "one"]
             table = driver.screen.query_one("#runs")
             for name in ("generation", "run", "changed"):
@@ -251,19 +224,15 @@ class TestSortingAndFiltering:
                 await driver.press("S")
                 assert names(driver) == before[::-1]
 
-        drive(test)
-
-    def test_a_click_on_a_title_sorts(self, three, drive):
-        async def test(driver):
+    async def test_a_click_on_a_title_sorts(self, three, drive):
+        async with drive() as driver:
             await driver.pilot.click("#runs", offset=(4, 0))
             await driver.pilot.pause()
             assert names(driver) == ["one", "three", "two"]
 
-        drive(test)
-
     @pytest.mark.slow
-    def test_the_filter_searches_name_plugins_and_state(self, three, drive):
-        async def test(driver):
+    async def test_the_filter_searches_name_plugins_and_state(self, three, drive):
+        async with drive() as driver:
             await driver.press("slash")
             await driver.type("tw puppet stop")
             assert names(driver) == ["two"]
@@ -272,10 +241,8 @@ class TestSortingAndFiltering:
             await driver.press("escape")
             assert len(names(driver)) == 3
 
-        drive(test)
-
-    def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
-        async def test(driver):
+    async def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
+        async with drive() as driver:
             await driver.press("slash")
             await driver.type("zebra[b]")
             assert "None of the 3 runs matches “zebra[b]”" in driver.text("#empty")
@@ -283,10 +250,8 @@ class TestSortingAndFiltering:
             assert len(names(driver)) == 3
             assert driver.app.focused is driver.screen.query_one("#runs")
 
-        drive(test)
-
-    def test_pasted_letters_are_typed_into_the_filter(self, three, drive):
-        async def test(driver):
+    async def test_pasted_letters_are_typed_into_the_filter(self, three, drive):
+        async with drive() as driver:
             box = driver.screen.query_one("#filter", Input)
             for text in ("new", "dy", "q r", "/?"):
                 for char in f"/{text}":
@@ -299,14 +264,11 @@ class TestSortingAndFiltering:
                 assert box.value == ""
                 await driver.press("space")
 
-        drive(test)
-
 
 class TestDeleting:
-    def test_a_run_is_deleted_after_confirmation(self, walk, drive):
+    async def test_a_run_is_deleted_after_confirmation(self, walk, drive):
         path = walk()
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("d")
             await driver.at("Confirm")
             await driver.press("enter")  # "Cancel" has the focus
@@ -318,14 +280,11 @@ class TestDeleting:
             await driver.until(lambda: not path.exists())
             await driver.until(lambda: driver.screen.query_one("#empty").display)
 
-        drive(test)
-
-    def test_marked_runs_are_deleted_after_one_question_except_live_ones(self, walk, drive):
+    async def test_marked_runs_are_deleted_after_one_question_except_live_ones(self, walk, drive):
         for name in ("a", "b", "c", "kept"):
             walk(name, 0)
         lock = RunLock(Path("runs/c"))
-
-        async def test(driver):
+        async with drive() as driver:
             table = driver.screen.query_one("#runs")
             for run in [*table.shown]:
                 if run.name != "kept":
@@ -339,31 +298,25 @@ class TestDeleting:
             await driver.press("y")
             await driver.until(lambda: sorted(names(driver)) == ["c", "kept"])
             assert not Path("runs/a").exists()
-
-        drive(test)
         lock.release()
 
-    def test_deleting_a_live_run_is_not_offered(self, walk, drive):
+    async def test_deleting_a_live_run_is_not_offered(self, walk, drive):
         path = walk()
         lock = RunLock(path)
-
-        async def test(driver):
+        async with drive() as driver:
             assert is_locked(path)
             assert "home.delete" not in driver.offered()
             await driver.press("d")
             assert isinstance(driver.screen, Home)
             assert "stop it first" in driver.notifications()
-
-        drive(test)
         lock.release()
 
 
 class TestNamesAndNotes:
-    def test_a_renamed_run_keeps_cursor_and_mark(self, walk, drive):
+    async def test_a_renamed_run_keeps_cursor_and_mark(self, walk, drive):
         for name in ("a", "b", "c"):
             walk(name, 0)
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("down")
             await driver.press("space", "up")
             table = driver.screen.query_one("#runs")
@@ -383,14 +336,11 @@ class TestNamesAndNotes:
                 {"a", "b", "c"} - {old} | {"new name"}
             )
 
-        drive(test)
-
     @pytest.mark.slow
-    def test_a_note_is_written_shown_and_found(self, walk, drive):
+    async def test_a_note_is_written_shown_and_found(self, walk, drive):
         for name in ("a", "b"):
             walk(name, 0)
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("N")
             asked = await driver.at("NoteDialog")
             await driver.type("drags one leg")
@@ -407,27 +357,21 @@ class TestNamesAndNotes:
             await driver.type("leg")
             assert names(driver) == [run.name]
 
-        drive(test)
-
-    def test_a_long_note_leaves_room_for_the_list(self, walk, drive):
+    async def test_a_long_note_leaves_room_for_the_list(self, walk, drive):
         write_note(walk("a", 0), "line\n" * 50)
-
-        async def test(driver):
+        async with drive() as driver:
             assert driver.screen.query_one("#details").size.height <= 8
             assert driver.text("#details").count("line") == 3
             assert "seed" in driver.text("#details")
 
-        drive(test)
-
 
 class TestBackground:
     @pytest.mark.slow
-    def test_a_background_run_shows_its_state_and_is_stopped_with_a_key(self, walk, drive):
+    async def test_a_background_run_shows_its_state_and_is_stopped_with_a_key(self, walk, drive):
         path = walk("b")
         walk("a")
         start_detached(path, paused=True)
-
-        async def test(driver):
+        async with drive() as driver:
             await look(driver)
             await driver.until(lambda: "1 paused" in driver.screen.sub_title)
             table = driver.screen.query_one("#runs")
@@ -439,15 +383,12 @@ class TestBackground:
             await driver.until(lambda: "■ stopped" in rows(driver)[names(driver).index("b")])
             assert background_state(path) is None
 
-        drive(test)
-
 
 class TestMouse:
-    def test_a_click_marks_highlights_or_opens(self, walk, drive):
+    async def test_a_click_marks_highlights_or_opens(self, walk, drive):
         for name in ("a", "b"):
             walk(name, 0)
-
-        async def test(driver):
+        async with drive() as driver:
             table = driver.screen.query_one("#runs")
             await driver.pilot.click("#runs", offset=(1, 2))
             assert (marks(driver), table.cursor_row) == ([False, True], 1)
@@ -461,15 +402,12 @@ class TestMouse:
             await driver.pilot.click("#runs", offset=(30, 1))
             await driver.at("Live")
 
-        drive(test)
-
 
 class TestNavigation:
-    def test_marked_runs_are_compared_or_replayed_side_by_side(self, walk, drive):
+    async def test_marked_runs_are_compared_or_replayed_side_by_side(self, walk, drive):
         walk("a")
         walk("b")
-
-        async def test(driver):
+        async with drive() as driver:
             assert "home.compare" not in driver.offered()
             await driver.press("space", "space")
             assert marks(driver) == [True, True]
@@ -481,13 +419,8 @@ class TestNavigation:
             await driver.press("r")
             assert len((await driver.at("Replay")).panes) == 2
 
-        drive(test)
-
-    def test_the_equivalent_command_is_copied(self, walk, drive):
+    async def test_the_equivalent_command_is_copied(self, walk, drive):
         walk("two words")
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("y")
             assert driver.app.clipboard == "gaitsim show 'runs/two words'"
-
-        drive(test)

@@ -18,11 +18,11 @@ def template(here, gaitsim):
     return here
 
 
-def visit(drive, runs):
+async def visit(drive, runs):
     """Open the attacked run in every screen, press keys there, and leave it."""
     victim, other = runs / "victim", runs / "other"
 
-    async def test(driver):
+    async with drive(folder=runs) as driver:
         app, home = driver.app, driver.screen
 
         async def settled():
@@ -50,16 +50,14 @@ def visit(drive, runs):
                     await left(opened)
             await left(home)
 
-    drive(test, folder=runs)
 
-
-def check(cases, template, tmp_path, monkeypatch, drive):
+async def check(cases, template, tmp_path, monkeypatch, drive):
     for number, (file, attack) in enumerate(cases):
         folder = tmp_path / str(number)
         attacked(template, folder, file, attack)
         monkeypatch.chdir(folder)
         try:
-            visit(drive, folder / "runs")
+            await visit(drive, folder / "runs")
         except BaseException as error:
             error.add_note(f"{file}: {attack}")
             raise
@@ -69,6 +67,6 @@ def check(cases, template, tmp_path, monkeypatch, drive):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
-def test_attacked_runs(part, template, drive, tmp_path, monkeypatch):
+async def test_attacked_runs(part, template, drive, tmp_path, monkeypatch):
     cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::24]]
-    check(cases[part::4], template, tmp_path, monkeypatch, drive)
+    await check(cases[part::4], template, tmp_path, monkeypatch, drive)

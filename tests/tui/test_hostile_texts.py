@@ -31,8 +31,8 @@ async def wait_for_text(ui, text):
     await ui.until(lambda: text in screen_text(ui))
 
 
-def test_hostile_texts_at_home_and_live(hostile_run, drive):
-    async def test(ui):
+async def test_hostile_texts_at_home_and_live(hostile_run, drive):
+    async with drive(size=(180, 50)) as ui:
         await wait_for_text(ui, MARKUP)
         await ui.press("d")
         await wait_for_text(ui, "\\u202e")
@@ -42,12 +42,10 @@ def test_hostile_texts_at_home_and_live(hostile_run, drive):
         live.board.show_problem(GaitsimError(HOSTILE))
         await wait_for_text(ui, "\\u202e")
 
-    drive(test, size=(180, 50))
-
 
 @pytest.mark.slow
-def test_hostile_texts_on_other_screens(hostile_run, drive):
-    async def test(ui):
+async def test_hostile_texts_on_other_screens(hostile_run, drive):
+    async with drive(size=(180, 50)) as ui:
         home = ui.screen
         for open_it in (
             lambda: ui.app.screen.show_screen("replay.Replay", hostile_run),
@@ -74,8 +72,6 @@ def test_hostile_texts_on_other_screens(hostile_run, drive):
         await ui.press("t")
         await ui.until(lambda: not task.running)
         await wait_for_text(ui, "measure")
-
-    drive(test, size=(180, 50))
 
 
 def test_removing_control_characters_keeps_the_width():

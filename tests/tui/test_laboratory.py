@@ -55,8 +55,8 @@ def test_trials_are_marked_on_a_map_of_the_damaged_leg():
 
 
 @pytest.mark.slow
-def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
-    async def test(driver):
+async def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
+    async with drive() as driver:
         await driver.press("L")
         screen = await driver.at("Laboratory")
         await driver.until(lambda: screen.intact.walk is not None and not screen.is_busy("walk"))
@@ -98,12 +98,10 @@ def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
         await driver.until(lambda: screen.adapted.walk is not None and not screen.is_busy("adapt"))
         assert screen.adaptation.trials == trials
 
-    drive(test)
-
 
 @pytest.mark.slow
-def test_joint_damage_is_checked_against_the_body(atlas, drive):
-    async def test(driver):
+async def test_joint_damage_is_checked_against_the_body(atlas, drive):
+    async with drive() as driver:
         driver.app.screen.show_screen("laboratory.Laboratory", atlas)
         screen = await driver.at("Laboratory")
         await driver.until(lambda: screen.plan.plan is not None and not screen.is_busy("walk"))
@@ -125,22 +123,17 @@ def test_joint_damage_is_checked_against_the_body(atlas, drive):
         await driver.press("i")
         assert screen.damage == ()
 
-    drive(test)
-
 
 @pytest.mark.slow
-def test_damage_needs_a_body_with_legs_but_not_an_atlas(walk, drive):
+async def test_damage_needs_a_body_with_legs_but_not_an_atlas(walk, drive):
     path = walk()
-
-    async def test(driver):
+    async with drive() as driver:
         driver.app.screen.show_screen("laboratory.Laboratory", path)
         screen = await driver.at("Laboratory")
         await driver.until(lambda: not screen.is_busy("read"))
         assert "cannot be damaged" in screen.intact.canvas.placeholder()
         assert "lab.joint" not in driver.offered()
         assert screen.command_line() == f"gaitsim play {path}"
-
-    drive(test)
 
 
 LEGS = {name: (f"{name} coxa", f"{name} femur") for name in ("L1", "L2", "R1")}

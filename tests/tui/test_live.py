@@ -6,6 +6,7 @@ import os
 import re
 import shutil
 import threading
+from contextlib import asynccontextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
@@ -58,22 +59,19 @@ def make(walk):
     return make
 
 
-def live(run, test, *, size=(80, 24), **options):
-    """Run a test on the screen, once it knows the state of the run."""
-
-    async def go():
-        app = GaitsimApp(Path("runs"))
-        async with app.run_test(size=size) as pilot:
-            screen = Live(run, **options)
-            first = screen.snapshot
-            await app.push_screen(screen)
-            await app_until(pilot, lambda: screen.snapshot is not first)
-            await test(screen, pilot)
-            if screen.process is not None:
-                screen.process.kill()
-                await screen.process.wait_ended()
-
-    asyncio.run(go())
+@asynccontextmanager
+async def live(run, *, size=(80, 24), **options):
+    """Open the screen in an app, once it knows the state of the run."""
+    app = GaitsimApp(Path("runs"))
+    async with app.run_test(size=size) as pilot:
+        screen = Live(run, **options)
+        first = screen.snapshot
+        await app.push_screen(screen)
+        await app_until(pilot, lambda: screen.snapshot is not first)
+        yield screen, pilot
+        if screen.process is not None:
+            screen.process.kill()
+            await screen.process.wait_ended()
 
 
 def options_of(dialog):
@@ -137,8 +135,8 @@ def test_a_champion_that_is_not_on_disk_yet_is_simulated(tmp_path, monkeypatch):
 
 
 class TestStopped:
-    def test_a_new_run(self, make):
-        async def test(screen, pilot):
+    async def test_a_new_run(self, make):
+        async with live(make()) as (screen, pilot):
             assert screen.state == "stopped"
             assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
             await app_until(
@@ -146,15 +144,12 @@ class TestStopped:
             )
             assert "space: resume" in text(screen, "#live-status")
 
-        live(make(), test)
-
-    def test_a_stopped_run(self, make):
+    async def test_a_stopped_run(self, make):
         run = make(7, "evolution.fitness_threshold=0")
         history = RunSnapshot(run).history
         best = RunSnapshot(run).individual()
         generation, score = best.generation, best.score
-
-        async def test(screen, pilot):
+        async with live(run) as (screen, pilot):
             await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
             assert offered(screen) == {
                 "go", "step", "change", "goal", "fork", "log", "replay", "export", "why",
@@ -175,10 +170,8 @@ class TestStopped:
             assert "saved as a champion" in text(screen, "#live-events")
             assert screen.command_line() == "gaitsim resume runs/walk"
 
-        live(run, test)
-
-    def test_a_finished_run(self, make):
-        async def test(screen, pilot):
+    async def test_a_finished_run(self, make):
+        async with live(make(20)) as (screen, pilot):
             assert screen.state == "finished"
             assert {"go", "step", "stop", "pause"}.isdisjoint(offered(screen))
             await app_until(
@@ -194,13 +187,10 @@ class TestStopped:
             await app_until(pilot, lambda: screen.state == "finished" and screen.process is None)
             assert screen.snapshot.generation == 25
 
-        live(make(20), test)
-
-    def test_incomparable_scores_of_earlier_stages_have_their_own_scale(self, make, gaitsim):
+    async def test_incomparable_scores_of_earlier_stages_have_their_own_scale(self, make, gaitsim):
         run = make(7)
         gaitsim("resume", run, "--set", "fitness.price=4", "--generations", 12)
-
-        async def test(screen, pilot):
+        async with live(run) as (screen, pilot):
             await app_until(pilot, lambda: screen.query_one(Curves).series)
             best, mean, earlier = screen.query_one(Curves).series
             assert best.x.tolist() == mean.x.tolist() == [8, 9, 10, 11, 12]
@@ -208,15 +198,12 @@ class TestStopped:
             assert [one.incomparable for one in (best, mean, earlier)] == [False, False, True]
             assert "stage 2" in text(screen, "#live-status")
 
-        live(run, test)
-
 
 class TestSteering:
     @pytest.mark.slow
-    def test_pauses_and_steps_do_not_change_the_result(self, make, gaitsim):
+    async def test_pauses_and_steps_do_not_change_the_result(self, make, gaitsim):
         run = make(0, SLOW, generations=150)  # more than a busy machine needs to press a key
-
-        async def test(screen, pilot):
+        async with live(run) as (screen, pilot):
             await pilot.press("n")
             await paused_at(pilot, screen, 1)
             assert offered(screen) >= {"go", "step", "stop", "change", "fork"}
@@ -238,14 +225,11 @@ class TestSteering:
             kinds = [event.generation for event in screen.board.live.events]
             assert kinds == sorted(kinds)
             assert len(set(screen.board.live.events)) == len(kinds)
-
-        live(run, test)
         assert RunSnapshot(run).fingerprint() == whole(make, gaitsim, generations=150)
 
-    def test_an_option_is_changed_while_the_run_evolves(self, make, gaitsim):
+    async def test_an_option_is_changed_while_the_run_evolves(self, make, gaitsim):
         run = make(0, SLOW, generations=100_000)
-
-        async def test(screen, pilot):
+        async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
@@ -266,8 +250,6 @@ class TestSteering:
             await app_until(pilot, lambda: screen.snapshot.generation > screen.snapshot.scored_from)
             await pilot.press("s")
             await app_until(pilot, lambda: screen.process is None)
-
-        live(run, test, resume=True)
         first, second = RunSnapshot(run).stages
         whole = make(0, SLOW, name="other", generations=first.last)
         gaitsim("resume", whole)
@@ -278,8 +260,8 @@ class TestSteering:
         )
 
     @pytest.mark.slow
-    def test_options_are_found_and_chosen_from_the_list(self, make):
-        async def test(screen, pilot):
+    async def test_options_are_found_and_chosen_from_the_list(self, make):
+        async with live(make(3)) as (screen, pilot):
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
@@ -311,10 +293,8 @@ class TestSteering:
             await app_until(pilot, lambda: pilot.app.screen is screen)
             assert screen.state == "stopped"
 
-        live(make(3), test)
-
     @pytest.mark.slow
-    def test_an_option_is_completed_before_the_list_is_read(self, make, monkeypatch):
+    async def test_an_option_is_completed_before_the_list_is_read(self, make, monkeypatch):
         ready = threading.Event()
 
         def slow(run):
@@ -324,8 +304,7 @@ class TestSteering:
         monkeypatch.setattr("gaitsim.tui.screens.change_dialog.changeable_options", slow)
 
         run = make(3)
-
-        async def test(screen, pilot):
+        async with live(run) as (screen, pilot):
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             typed = pilot.app.screen.query_one("#change-text", Input)
@@ -343,11 +322,9 @@ class TestSteering:
             (change,) = RunSnapshot(run).stages[-1].changes
             assert (change.key, change.now) == ("fitness.price", 25)
 
-        live(run, test)
-
     @pytest.mark.slow
-    def test_the_initial_text_for_a_finished_run_is_accepted(self, make):
-        async def test(screen, pilot):
+    async def test_the_initial_text_for_a_finished_run_is_accepted(self, make):
+        async with live(make(20)) as (screen, pilot):
             await pilot.press("c")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             dialog = pilot.app.screen
@@ -370,13 +347,10 @@ class TestSteering:
             await pilot.press("enter")
             await app_until(pilot, lambda: screen.snapshot.generation == 30)
 
-        live(make(20), test)
-
     @pytest.mark.slow
-    def test_a_fork_does_not_change_the_original(self, make):
+    async def test_a_fork_does_not_change_the_original(self, make):
         run = make(0, SLOW, generations=100_000)
-
-        async def test(screen, pilot):
+        async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             await pilot.press("f")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
@@ -395,12 +369,10 @@ class TestSteering:
             await app_until(pilot, lambda: screen.snapshot.generation > before)
             await pilot.press("s")
             await app_until(pilot, lambda: copy.process is None)
-
-        live(run, test, resume=True)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
 
-    def test_a_failed_fork_is_reported(self, make):
-        async def test(screen, pilot):
+    async def test_a_failed_fork_is_reported(self, make):
+        async with live(make(3)) as (screen, pilot):
             await pilot.press("f")
             await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
             await app_until(pilot, lambda: options_of(pilot.app.screen))
@@ -409,15 +381,12 @@ class TestSteering:
             await app_until(pilot, lambda: problem(screen))
             assert "cannot write" in problem(screen)
 
-        live(make(3), test)
-
 
 class TestLeaving:
     @pytest.mark.slow
-    def test_a_run_continues_after_leaving_and_can_be_steered_again(self, make):
+    async def test_a_run_continues_after_leaving_and_can_be_steered_again(self, make):
         run = make(0, SLOW, generations=100_000)
-
-        async def test(screen, pilot):
+        async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             process = screen.process
             await pilot.press("escape")
@@ -458,13 +427,10 @@ class TestLeaving:
             assert "killed or crashed" in problem(reopened)
             assert {"go", "step", "change"} <= offered(reopened)
 
-        live(run, test, resume=True)
-
     @pytest.mark.slow
-    def test_quitting_asks_about_live_runs(self, make):
+    async def test_quitting_asks_about_live_runs(self, make):
         run = make(0, SLOW, generations=100_000)
-
-        async def test(screen, pilot):
+        async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
             for answer, keeps in (("escape", None), ("k", True), ("s", False)):
                 ended = []
@@ -476,27 +442,24 @@ class TestLeaving:
                 if answer != "escape":
                     await app_until(pilot, lambda ended=ended: ended)
                     assert (ended == ["running"]) is keeps
-
-        live(run, test, resume=True)
         assert RunSnapshot(run).generation == len(RunSnapshot(run).history["best"]) > 2
         assert not is_locked(run)
 
-    def test_a_stopped_run_is_left_without_a_question(self, make):
-        async def test(screen, pilot):
+    async def test_a_stopped_run_is_left_without_a_question(self, make):
+        async with live(make(3)) as (screen, pilot):
             await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is not screen)
             assert not pilot.app.screen.is_modal
 
-        live(make(3), test)
-
 
 class TestProblems:
     @pytest.mark.slow
-    def test_a_run_written_by_another_program_is_followed(self, make, start):
+    async def test_a_run_written_by_another_program_is_followed(self, make, start):
         run = make(0, "organism.pause=0.05", generations=100_000)
         process = start("resume", run)
-
-        async def test(screen, pilot):
+        end = await _written(run)
+        assert end
+        async with live(run) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 3)
             assert screen.state == "elsewhere"
             assert offered(screen) == {"fork", "replay", "export", "why", "log", "laboratory"}
@@ -507,30 +470,22 @@ class TestProblems:
             await app_until(pilot, lambda: screen.state == "stopped")
             assert "go" in offered(screen)
 
-        end = asyncio.run(_written(run))
-        assert end
-        live(run, test)
-
-    def test_an_error_replaces_a_body_that_cannot_be_drawn(self, make, monkeypatch):
+    async def test_an_error_replaces_a_body_that_cannot_be_drawn(self, make, monkeypatch):
         run = make(3)
 
         def fail(*_):
             raise GaitsimError("[red] it cannot be drawn")
 
         monkeypatch.setattr("gaitsim.individual.Individual.skeleton", property(fail))
-
-        async def test(screen, pilot):
+        async with live(run) as (screen, pilot):
             canvas = screen.query_one(BodyCanvas)
             await app_until(pilot, lambda: "cannot be drawn" in canvas.placeholder())
             assert "[red]" in canvas.placeholder()
 
-        live(run, test)
-
     @pytest.mark.slow
-    def test_a_deleted_folder_is_reported(self, make):
+    async def test_a_deleted_folder_is_reported(self, make):
         run = make(3, SLOW, generations=100_000)
-
-        async def test(screen, pilot):
+        async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 4)
             while run.exists():
                 shutil.rmtree(run, ignore_errors=True)
@@ -543,25 +498,19 @@ class TestProblems:
             await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is not screen)
 
-        live(run, test, resume=True)
-
-    def test_a_damaged_run_is_reported(self, make):
+    async def test_a_damaged_run_is_reported(self, make):
         run = make(3)
         (run / "history.csv").write_text("")
-
-        async def test(screen, pilot):
+        async with live(run) as (screen, _pilot):
             assert screen.state == "failed"
             assert "history.csv ends at generation 0" in problem(screen)
 
-        live(run, test)
-
     @pytest.mark.slow
-    def test_a_second_stop_kills_the_process(self, make):
+    async def test_a_second_stop_kills_the_process(self, make):
         run = make(2, "organism.pause=0", generations=100_000)
         toml = run / "experiment.toml"
         toml.write_text(re.sub(r"pause = [\d.]+", "pause = 1000.0", toml.read_text()))
-
-        async def test(screen, pilot):
+        async with live(run, resume=True) as (screen, pilot):
             await app_until(
                 pilot, lambda: screen.snapshot.stage == 2
             )  # it is re-evaluated, which takes long
@@ -569,12 +518,10 @@ class TestProblems:
             await app_until(pilot, lambda: "stop immediately" in text(screen, "#live-status"))
             await pilot.press("s")
             await app_until(pilot, lambda: screen.process is None)
-
-        live(run, test, resume=True)
         assert RunSnapshot(run).generation == 2
 
-    def test_missing_rows_are_read_from_the_folder(self, make):
-        async def test(screen, pilot):
+    async def test_missing_rows_are_read_from_the_folder(self, make):
+        async with live(make(7)) as (screen, pilot):
             course = screen.board.live.course
             screen.board.live.course = HistoryBuffer()
             rows = {"generation": np.array([7.0]), "best": np.array([0.0])}
@@ -583,14 +530,11 @@ class TestProblems:
             read = screen.board.live.course
             np.testing.assert_array_equal(read["best"], course["best"])
 
-        live(make(7), test)
-
 
 @pytest.mark.parametrize("number", [4, 60])
-def test_all_islands_and_terms_are_visible(make, number):
+async def test_all_islands_and_terms_are_visible(make, number):
     run = make(3, f"islands.number={number}", "evolution.population=6")
-
-    async def test(screen, pilot):
+    async with live(run) as (screen, pilot):
         await app_until(pilot, lambda: "diversity" in text(screen, "#live-table"))
         table, panel = screen.query_one("#live-table"), screen.query_one("#live-terms")
         await app_until(pilot, lambda: table.size.height == len(table.text.split("\n")))
@@ -600,8 +544,6 @@ def test_all_islands_and_terms_are_visible(make, number):
         panel.scroll_end(animate=False)
         await pilot.pause()
         assert table.region.bottom <= panel.region.bottom
-
-    live(run, test)
 
 
 @pytest.mark.parametrize("size", SIZES)

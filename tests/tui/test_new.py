@@ -1,5 +1,6 @@
 """The forms of a new run: fields of all options, validation while typing, and drafts."""
 
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -16,16 +17,15 @@ SIZES = [(80, 24), (160, 48)]
 
 @pytest.fixture
 def fill(here, drive, puppet_file):
-    """Return a function that runs a test on the forms of an experiment, by default puppets."""
+    """Return a context that opens the forms of an experiment, by default puppets."""
 
-    def fill(test, *, begin=str(puppet_file), **options):
-        async def go(driver):
+    @asynccontextmanager
+    async def fill(*, begin=str(puppet_file), **options):
+        async with drive(**options) as driver:
             driver.app.screen.show_screen("new.New", begin)
             screen = await driver.at("New")
             await driver.until(lambda: screen.validation or "✗" in status(screen) or wrong(screen))
-            await test(driver, screen)
-
-        drive(go, **options)
+            yield driver, screen
 
     return fill
 
@@ -74,8 +74,8 @@ async def stop_run(driver, live):
 class TestForms:
     @pytest.mark.slow
     @pytest.mark.parametrize("size", SIZES)
-    def test_every_option_of_every_part_has_a_field(self, fill, size):
-        async def test(driver, screen):
+    async def test_every_option_of_every_part_has_a_field(self, fill, size):
+        async with fill(size=size) as (driver, screen):
             experiment = load_experiment(screen.builder.preset.reference)
             for section in ("evolution", *KINDS):
                 found = await open_section(driver, screen, section)
@@ -88,14 +88,11 @@ class TestForms:
                     assert options.meaning(field.option.field) in about
                     assert field.region.right <= size[0]
 
-        fill(test, size=size)
-
     @pytest.mark.slow
-    def test_the_file_of_an_option_can_be_replaced(self, shaped, fill):
+    async def test_the_file_of_an_option_can_be_replaced(self, shaped, fill):
         Path("a.shape").write_text("<a/>\n" * 30_000)
         Path("b.shape").write_text("<b/>\n<c/>\n")
-
-        async def test(driver, screen):
+        async with fill(begin="./a.shape") as (driver, screen):
             assert screen.command_line() == "gaitsim run ./a.shape"
             field = (await open_section(driver, screen, "organism"))["organism.shape"]
             typed = field.query_one(Input)
@@ -112,22 +109,18 @@ class TestForms:
             await enter(driver, screen, field, "")
             assert screen.validation.experiment.organism.shape.startswith("<a/>")
 
-        fill(test, begin="./a.shape")
-
     @pytest.mark.slow
-    def test_a_choice_lists_its_values(self, fill):
-        async def test(driver, screen):
+    async def test_a_choice_lists_its_values(self, fill):
+        async with fill(begin="spider") as (driver, screen):
             field = (await open_section(driver, screen, "organism"))["organism.encoding"]
             found = choices(field.query_one(Select))
             assert found == ["sine", "cpg", "recurrence"]
             field.query_one(Select).value = "cpg"
             await driver.until(lambda: "organism.encoding=cpg" in screen.command_line())
 
-        fill(test, begin="spider")
-
     @pytest.mark.slow
-    def test_an_unset_option_is_marked(self, fill):
-        async def test(driver, screen):
+    async def test_an_unset_option_is_marked(self, fill):
+        async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.target_score"]
             box = field.query_one(Input)
             assert (box.value, box.placeholder) == ("", "none")
@@ -137,14 +130,12 @@ class TestForms:
             assert screen.validation.experiment.evolution.target_score is None
             assert not screen.builder.changes
 
-        fill(test)
-
 
 class TestSearch:
     @pytest.mark.slow
     @pytest.mark.parametrize("width", [80, 120])
-    def test_all_tabs_are_visible_and_the_form_has_half_the_width(self, fill, width):
-        async def test(driver, screen):
+    async def test_all_tabs_are_visible_and_the_form_has_half_the_width(self, fill, width):
+        async with fill(size=(width, 30)) as (driver, screen):
             for tab in screen.query(Tab):
                 assert not tab.display or 0 <= tab.region.x < tab.region.right <= width
             assert screen.query_one("#parts").region.width >= width / 2
@@ -152,11 +143,9 @@ class TestSearch:
             await driver.until(lambda: screen.sections.active == "mutation")
             assert screen.query_one("#parts").current == "part-mutation"
 
-        fill(test, size=(width, 30))
-
     @pytest.mark.slow
-    def test_options_are_searched_by_words_in_all_sections_and_plugins(self, fill):
-        async def test(driver, screen):
+    async def test_options_are_searched_by_words_in_all_sections_and_plugins(self, fill):
+        async with fill() as (driver, screen):
             await driver.press("slash")
             palette = await driver.at("CommandPalette")
             await driver.type("price")
@@ -178,11 +167,10 @@ class TestSearch:
             box = fields(screen)["selection.size"].query_one(Input)
             await driver.until(lambda: driver.app.focused is box)
 
-        fill(test)
-
     @pytest.mark.slow
-    def test_the_file_scrolls_to_the_edited_option(self, fill):
-        async def test(driver, screen):
+    async def test_the_file_scrolls_to_the_edited_option(self, fill):
+        async with fill(size=(120, 24)) as (driver, screen):
+
             def marked():
                 text = screen.query_one("#beside Static").content
                 found = [one for one in text.spans if " on " in str(one.style)]
@@ -205,13 +193,11 @@ class TestSearch:
             screen.sections.active = "mutation"
             await driver.until(lambda: marked() == ["[mutation]"])
 
-        fill(test, size=(120, 24))
-
 
 class TestDrafts:
     @pytest.mark.slow
-    def test_changes_become_a_draft_and_quitting_asks_about_it(self, fill):
-        async def test(driver, screen):
+    async def test_changes_become_a_draft_and_quitting_asks_about_it(self, fill):
+        async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             screen.query_one("#seed", Input).value = "-"
@@ -249,11 +235,9 @@ class TestDrafts:
             await driver.press("q")
             await driver.until(lambda: not driver.app.is_running)
 
-        fill(test)
-
     @pytest.mark.slow
-    def test_a_saved_experiment_is_not_a_draft(self, fill):
-        async def test(driver, screen):
+    async def test_a_saved_experiment_is_not_a_draft(self, fill):
+        async with fill() as (driver, screen):
             screen.query_one("#seed", Input).value = "5"
             await driver.until(lambda: screen.builder.changes)
             await driver.press("ctrl+s")
@@ -264,13 +248,11 @@ class TestDrafts:
             await driver.at("Home")
             assert not driver.app.drafts
 
-        fill(test)
-
 
 class TestValidation:
     @pytest.mark.slow
-    def test_a_problem_is_shown_below_its_option_on_the_tab_and_in_the_status(self, fill):
-        async def test(driver, screen):
+    async def test_a_problem_is_shown_below_its_option_on_the_tab_and_in_the_status(self, fill):
+        async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "fitness"))["fitness.price"]
             await enter(driver, screen, field, "-1")
             assert "✗ a number ≥ 0" in str(field.query_one(".field-about").render())
@@ -282,25 +264,21 @@ class TestValidation:
             assert str(tab.label) == TITLES["fitness"]
             assert "Ready to run" in status(screen)
 
-        fill(test)
-
     @pytest.mark.slow
     @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
-    def test_name_and_seed(self, fill, key, text):
-        async def test(driver, screen):
+    async def test_name_and_seed(self, fill, key, text):
+        async with fill() as (driver, screen):
             before = screen.validation
             screen.query_one(f"#{key}", Input).value = text
             await driver.until(lambda: screen.validation is not before)
             assert key in screen.validation.problems
             assert screen.query_one(f"#{key}").has_class("-wrong")
 
-        fill(test)
-
 
 class TestPlugins:
     @pytest.mark.slow
-    def test_only_compatible_plugins_are_offered_and_a_new_body_replaces_others(self, fill):
-        async def test(driver, screen):
+    async def test_only_compatible_plugins_are_offered_and_a_new_body_replaces_others(self, fill):
+        async with fill() as (driver, screen):
             await open_section(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
             assert "bit-flip" not in choices(select)
@@ -311,8 +289,6 @@ class TestPlugins:
             await open_section(driver, screen, "mutation")
             select = screen.query_one("#part-mutation .plugin", Select)
             await driver.until(lambda: "bit-flip" in choices(select))
-
-        fill(test)
 
 
 class TestLoading:
@@ -325,21 +301,20 @@ class TestLoading:
             ("./bad [b].toml", "not valid TOML"),
         ],
     )
-    def test_an_invalid_experiment_is_reported_and_a_preset_can_be_loaded(self, fill, begin, what):
+    async def test_an_invalid_experiment_is_reported_and_a_preset_can_be_loaded(
+        self, fill, begin, what
+    ):
         Path("bad [b].toml").write_text("[[[")
-
-        async def test(driver, screen):
+        async with fill(begin=begin) as (driver, screen):
             assert what in status(screen)
             assert begin in choices(screen.query_one("#preset", Select))
             screen.query_one("#preset", Select).value = "millipede"
             await driver.until(lambda: screen.validation is not None)
             assert screen.validation.forms["organism"].plugin == "millipede"
 
-        fill(test, begin=begin)
-
     @pytest.mark.slow
-    def test_loading_a_preset_asks_before_discarding_changes(self, fill):
-        async def test(driver, screen):
+    async def test_loading_a_preset_asks_before_discarding_changes(self, fill):
+        async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             preset = screen.query_one("#preset", Select)
@@ -356,11 +331,9 @@ class TestLoading:
             await driver.until(lambda: screen.validation.forms["organism"].plugin == "fly")
             assert not screen.builder.changes
 
-        fill(test)
-
     @pytest.mark.slow
-    def test_a_file_can_be_loaded(self, fill):
-        async def test(driver, screen):
+    async def test_a_file_can_be_loaded(self, fill):
+        async with fill() as (driver, screen):
             Path("mine.toml").write_text(load_experiment("millipede", {"seed": 77}).to_toml())
             await driver.press("ctrl+l")
             ask = await driver.at("Ask")
@@ -369,13 +342,11 @@ class TestLoading:
             await driver.until(lambda: screen.query_one("#seed", Input).value == "77")
             assert screen.command_line() == "gaitsim run ./mine.toml"
 
-        fill(test)
-
 
 class TestStartingAndSaving:
     @pytest.mark.slow
-    def test_run_creates_the_same_run_as_the_command(self, fill):
-        async def test(driver, screen):
+    async def test_run_creates_the_same_run_as_the_command(self, fill):
+        async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.generations"]
             await enter(driver, screen, field, "2")
             overrides = screen.builder.overrides
@@ -391,11 +362,9 @@ class TestStartingAndSaving:
             await driver.press("escape")
             await driver.at("Home")
 
-        fill(test)
-
     @pytest.mark.slow
-    def test_run_pressed_during_loading_starts_after_it(self, here, drive, puppet_file):
-        async def test(driver):
+    async def test_run_pressed_during_loading_starts_after_it(self, here, drive, puppet_file):
+        async with drive() as driver:
             driver.app.screen.show_screen("new.New", str(puppet_file))
             await driver.at("New")
             await driver.press("ctrl+r")
@@ -408,25 +377,20 @@ class TestStartingAndSaving:
             await driver.until(lambda: "cannot read" in status(screen))
             assert driver.screen is screen
 
-        drive(test)
-
     @pytest.mark.slow
-    def test_the_name_of_the_new_run_is_shown(self, fill):
+    async def test_the_name_of_the_new_run_is_shown(self, fill):
         Path("runs/puppet").mkdir(parents=True)
         Path("runs/puppet-2").symlink_to("nowhere")
-
-        async def test(driver, screen):
+        async with fill() as (driver, screen):
             assert status(screen) == "✓ Ready to run as runs/puppet-3"
             await driver.press("ctrl+r")
             live = await driver.at("Live")
             assert live.run == Path("runs/puppet-3")
             await stop_run(driver, live)
 
-        fill(test)
-
     @pytest.mark.slow
-    def test_run_focuses_the_first_invalid_option(self, fill):
-        async def test(driver, screen):
+    async def test_run_focuses_the_first_invalid_option(self, fill):
+        async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "fitness"))["fitness.price"]
             await enter(driver, screen, field, "x")
             await open_section(driver, screen, "evolution")
@@ -434,11 +398,9 @@ class TestStartingAndSaving:
             await driver.until(lambda: driver.app.focused is field.query_one(Input))
             assert not Path("runs").exists()
 
-        fill(test)
-
     @pytest.mark.slow
-    def test_save_writes_the_displayed_file(self, fill):
-        async def test(driver, screen):
+    async def test_save_writes_the_displayed_file(self, fill):
+        async with fill(size=(160, 48)) as (driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
             shown = screen.validation.toml
@@ -452,11 +414,9 @@ class TestStartingAndSaving:
             assert load_experiment("mine.toml") == screen.validation.experiment
             await driver.until(lambda: "gaitsim run mine.toml" in driver.notifications())
 
-        fill(test, size=(160, 48))
-
     @pytest.mark.slow
-    def test_a_file_is_replaced_only_after_confirmation(self, fill):
-        async def test(driver, screen):
+    async def test_a_file_is_replaced_only_after_confirmation(self, fill):
+        async with fill() as (driver, screen):
             Path("puppet.toml").write_text("mine")
             for answer, kept in (("n", True), ("y", False)):
                 await driver.press("ctrl+s")
@@ -467,5 +427,3 @@ class TestStartingAndSaving:
                 await driver.at("New")
                 assert not kept or Path("puppet.toml").read_text() == "mine"
             await driver.until(lambda: Path("puppet.toml").read_text() == screen.validation.toml)
-
-        fill(test)

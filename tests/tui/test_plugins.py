@@ -1,5 +1,7 @@
 """The screen of installed plugins."""
 
+from contextlib import asynccontextmanager
+
 import pytest
 from rich.console import Console
 
@@ -29,23 +31,22 @@ async def go(driver, key):
 
 @pytest.fixture
 def look(here, drive):
-    def look(test, **options):
-        async def run(driver):
-            driver.app.screen.show_screen(
-                "plugins.Plugins",
-            )
+    """Return a context that opens the screen."""
+
+    @asynccontextmanager
+    async def look(**options):
+        async with drive(**options) as driver:
+            driver.app.screen.show_screen("plugins.Plugins")
             screen = await driver.at("Plugins")
             await driver.until(lambda: screen.catalogue is not None)
-            await test(driver)
-
-        drive(run, **options)
+            yield driver
 
     return look
 
 
 @pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)])
-def test_all_plugins_are_listed_with_their_packages(look, size):
-    async def test(driver):
+async def test_all_plugins_are_listed_with_their_packages(look, size):
+    async with look(size=size) as driver:
         assert keys(driver) == [f"{k} {n}" for k in (*KINDS, EXPERIMENTS) for n in entries(k)]
         for key in keys(driver)[:: len(keys(driver)) // 3]:
             kind, _, name = key.partition(" ")
@@ -55,11 +56,9 @@ def test_all_plugins_are_listed_with_their_packages(look, size):
                 assert claim.source in text
                 assert claim.target in text
 
-    look(test, size=size)
 
-
-def test_options_are_described_in_full(look):
-    async def test(driver):
+async def test_options_are_described_in_full(look):
+    async with look() as driver:
         await go(driver, "fitness puppet-reach")
         text, field = shown(driver), driver.screen.catalogue.classes["fitness"]["puppet-reach"]
         price = field.model_fields["price"]
@@ -67,8 +66,6 @@ def test_options_are_described_in_full(look):
             assert part in text
         assert "works with  bit-puppet, puppet" in text
         assert "joint_angles, reach" in text
-
-    look(test)
 
 
 @pytest.mark.parametrize("width", [46, 84, 150])
@@ -88,8 +85,8 @@ def test_no_width_breaks_a_word(width, puppets):
 
 
 @pytest.mark.slow
-def test_the_list_is_filtered_by_words(look):
-    async def test(driver):
+async def test_the_list_is_filtered_by_words(look):
+    async with look() as driver:
         everything = keys(driver)
         await go(driver, "mutation gaussian")
         await driver.press("slash")
@@ -108,15 +105,12 @@ def test_the_list_is_filtered_by_words(look):
         assert keys(driver) == everything
         assert driver.app.focused.id == "installed"
 
-    look(test)
 
-
-def test_broken_plugins_are_marked_with_the_reason(look, install):
+async def test_broken_plugins_are_marked_with_the_reason(look, install):
     install("broken", "raise RuntimeError('no [b]luck')", {"fitness": {"ba[d]": "Bad"}})
     install("one", "", {"mutation": {"twice": "A"}})
     install("two", "", {"mutation": {"twice": "B"}})
-
-    async def test(driver):
+    async with look() as driver:
         menu = driver.screen.query_one("#installed")
         assert "✗ ba[d]" in str(menu.get_option("fitness ba[d]").prompt)
         await go(driver, "fitness ba[d]")
@@ -127,21 +121,16 @@ def test_broken_plugins_are_marked_with_the_reason(look, install):
         assert "one 1.0" in text
         assert "two 1.0" in text
 
-    look(test)
 
-
-def test_an_unreadable_installation_is_reported(look, monkeypatch):
+async def test_an_unreadable_installation_is_reported(look, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.plugins.unreadable", lambda: ["/lib/odd[b].dist-info"])
-
-    async def test(driver):
+    async with look() as driver:
         assert "/lib/odd[b].dist-info" in driver.notifications()
-
-    look(test)
 
 
 @pytest.mark.slow
-def test_a_body_or_a_preset_opens_a_new_run(look):
-    async def test(driver):
+async def test_a_body_or_a_preset_opens_a_new_run(look):
+    async with look() as driver:
         for key, name in (("organism fly", "fly"), (f"{EXPERIMENTS} millipede", "millipede")):
             await go(driver, key)
             assert "plugins.new" in driver.offered()
@@ -154,16 +143,13 @@ def test_a_body_or_a_preset_opens_a_new_run(look):
         await go(driver, "mutation gaussian")
         assert "plugins.new" not in driver.offered()
 
-    look(test)
-
 
 @pytest.mark.slow
-def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
+async def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
     broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"
     folder = install("odd", working + broken, {"organism": {"odd": "X"}})
     monkeypatch.setenv("PYTHONPATH", str(folder))
-
-    async def test(driver):
+    async with look() as driver:
         await go(driver, "mutation gaussian")
         await driver.press("c")
         assert "Checking …" in shown(driver)
@@ -175,19 +161,14 @@ def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
         await go(driver, "mutation gaussian")
         await driver.until(lambda: "✓ The plugin fulfils its contract" in shown(driver))
 
-    look(test)
 
-
-def test_leaving_the_screen_ends_a_running_check(look, install, working, monkeypatch):
+async def test_leaving_the_screen_ends_a_running_check(look, install, working, monkeypatch):
     loops = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
     folder = install("odd", working + loops, {"organism": {"odd": "X"}})
     monkeypatch.setenv("PYTHONPATH", str(folder))
-
-    async def test(driver):
+    async with look() as driver:
         await go(driver, "organism odd")
         await driver.press("c")
         await driver.press("escape")
         await driver.at("Home")
         assert "_check" not in {worker.name for worker in driver.app.workers}
-
-    look(test)

@@ -1,8 +1,8 @@
 """The replay: generations, frames, two synchronous bodies, sliders and footfalls."""
 
-import asyncio
 import re
 import shutil
+from contextlib import asynccontextmanager
 from functools import partial
 from pathlib import Path
 
@@ -129,20 +129,17 @@ def walk(install, tmp_path, monkeypatch):
     return make
 
 
-def replay(run, test, *, generation=None, beside=None, size=(80, 24), playing=False):
-    """Run a test on the screen once its bodies are shown."""
-
-    async def go():
-        app = GaitsimApp(Path("runs"))
-        async with app.run_test(size=size) as pilot:
-            app.screen.show_screen("replay.Replay", run, generation, beside)
-            await pilot.pause()
-            if not playing:  # motion delays a pilot
-                app.screen.action_pause()
-            await settled(pilot)
-            await test(app.screen, pilot)
-
-    asyncio.run(go())
+@asynccontextmanager
+async def replay(run, *, generation=None, beside=None, size=(80, 24), playing=False):
+    """Open the screen in an app, once its bodies are shown."""
+    app = GaitsimApp(Path("runs"))
+    async with app.run_test(size=size) as pilot:
+        app.screen.show_screen("replay.Replay", run, generation, beside)
+        await pilot.pause()
+        if not playing:  # motion delays a pilot
+            app.screen.action_pause()
+        await settled(pilot)
+        yield app.screen, pilot
 
 
 async def settled(pilot):
@@ -179,20 +176,17 @@ def words(canvas):
 
 
 @pytest.mark.slow
-def test_a_key_writes_a_page_of_the_displayed_bodies(walk, monkeypatch):
+async def test_a_key_writes_a_page_of_the_displayed_bodies(walk, monkeypatch):
     started = []
     monkeypatch.setattr(
         GaitsimApp, "start_task", lambda app, words, opens=False: started.append((words, opens))
     )
     run = walk()
-
-    async def test(screen, pilot):
+    async with replay(run, generation=2) as (screen, pilot):
         await press(pilot, "B")
         screen.pane.request(4)
         await settled(pilot)
         await press(pilot, "B", "s", "B")
-
-    replay(run, test, generation=2)
     words = ("export", str(run), "--format", "html")
     assert started == [
         ((*words, "--generation", "2"), True),
@@ -202,8 +196,8 @@ def test_a_key_writes_a_page_of_the_displayed_bodies(walk, monkeypatch):
 
 
 class TestTime:
-    def test_it_plays_and_pauses(self, walk):
-        async def test(screen, pilot):
+    async def test_it_plays_and_pauses(self, walk):
+        async with replay(walk(), playing=True) as (screen, pilot):
             assert screen.leader.playing
             assert space(screen) == "Pause"
             await press(pilot, "space")
@@ -213,10 +207,8 @@ class TestTime:
             await press(pilot, "space")
             assert screen.leader.playing
 
-        replay(walk(), test, playing=True)
-
-    def test_frames_wrap_round_and_all_views_are_synchronous(self, walk):
-        async def test(screen, pilot):
+    async def test_frames_wrap_round_and_all_views_are_synchronous(self, walk):
+        async with replay(walk()) as (screen, pilot):
             pane = screen.pane
             pane.canvas.show_frame(0)
             await press(pilot, "comma")
@@ -226,10 +218,8 @@ class TestTime:
             assert pane.query_one(FootfallStrip).frame == 1
             assert screen.query_one("#frame", Scrubber).value == 1
 
-        replay(walk(), test)
-
-    def test_the_slider_sets_the_time(self, walk):
-        async def test(screen, pilot):
+    async def test_the_slider_sets_the_time(self, walk):
+        async with replay(walk()) as (screen, pilot):
             slider = screen.query_one("#frame", Scrubber)
             slider.focus()
             await press(pilot, "end")
@@ -241,32 +231,25 @@ class TestTime:
             await pilot.click(slider, offset=(0, 0))
             assert screen.leader.frame == 0
 
-        replay(walk(), test)
-
-    def test_speed_is_halved_and_doubled_within_limits(self, walk):
-        async def test(screen, pilot):
+    async def test_speed_is_halved_and_doubled_within_limits(self, walk):
+        async with replay(walk()) as (screen, pilot):
             await press(pilot, "less_than_sign")
             assert (screen.leader.speed, "½×" in screen.sub_title) == (0.5, True)
             await press(pilot, *["greater_than_sign"] * 9)
             assert screen.leader.speed == 8
 
-        replay(walk(), test)
-
 
 class TestGenerations:
-    def test_the_champion_is_shown_first(self, walk):
+    async def test_the_champion_is_shown_first(self, walk):
         run = walk()
-
-        async def test(screen, pilot):
+        async with replay(run) as (screen, _pilot):
             shown = screen.pane.shown
             assert shown.generation == shown.champion
             assert "★" in title(screen.pane)
             assert f"{shown.individual.score:.4f}" in title(screen.pane)
 
-        replay(run, test)
-
-    def test_keys_step_through_generations_and_stop_at_the_ends(self, walk):
-        async def test(screen, pilot):
+    async def test_keys_step_through_generations_and_stop_at_the_ends(self, walk):
+        async with replay(walk(), generation=2) as (screen, pilot):
             await press(pilot, "right_square_bracket")
             assert screen.pane.shown.generation == 3
             await press(pilot, "left_square_bracket", "left_square_bracket", "left_square_bracket")
@@ -275,16 +258,13 @@ class TestGenerations:
             await press(pilot, "b")
             assert screen.pane.shown.generation == screen.pane.shown.champion
 
-        replay(walk(), test, generation=2)
-
-    def test_only_the_last_requested_generation_is_read(self, walk, monkeypatch):
+    async def test_only_the_last_requested_generation_is_read(self, walk, monkeypatch):
         read = []
         load = Loader.load
         monkeypatch.setattr(
             Loader, "load", lambda loader, asked: read.append(asked) or load(loader, asked)
         )
-
-        async def test(screen, pilot):
+        async with replay(walk(), generation=1) as (screen, pilot):
             slider = screen.pane.query_one(Scrubber)
             for number in (2, 3, 4, 5):
                 slider.choose(number)
@@ -293,11 +273,9 @@ class TestGenerations:
             assert screen.pane.shown.generation == 5
             assert read == [1, 2, 5]
 
-        replay(walk(), test, generation=1)
-
     @pytest.mark.slow
-    def test_go_to_shows_a_generation_by_number(self, walk):
-        async def test(screen, pilot):
+    async def test_go_to_shows_a_generation_by_number(self, walk):
+        async with replay(walk()) as (screen, pilot):
             await press(pilot, "g", "4", "enter")
             assert screen.pane.shown.generation == 4
             await press(pilot, "colon", "7", "enter")
@@ -309,14 +287,11 @@ class TestGenerations:
             await press(pilot, "e")
             assert pilot.app.screen._texts["generation"] == "4"
 
-        replay(walk(), test)
-
     @pytest.mark.slow
-    def test_members_of_a_front_are_chosen_like_generations(self, walk):
+    async def test_members_of_a_front_are_chosen_like_generations(self, walk):
         objectives = 'search.objectives={ distance = "max", "measure 0" = "min" }'
         run = walk("front", "search.plugin=nsga-2", objectives, "organism.many=1")
-
-        async def test(screen, pilot):
+        async with replay(run) as (screen, pilot):
             pane = screen.pane
             await press(pilot, "o")
             best = int(np.argmax(pane.shown.members.scores)) + 1
@@ -333,8 +308,6 @@ class TestGenerations:
             assert pilot.app.screen._texts["member"] == "2"
             await press(pilot, "escape", "o")
             assert pane.shown.which == pane.shown.champion
-
-        replay(run, test)
 
     def test_a_run_is_reread_only_after_changes(self, walk, monkeypatch):
         run, read, now = walk(), [], [0.0]
@@ -355,8 +328,8 @@ class TestGenerations:
 
 
 class TestCamera:
-    def test_a_drag_turns_the_body_and_selects_no_text(self, walk):
-        async def test(screen, pilot):
+    async def test_a_drag_turns_the_body_and_selects_no_text(self, walk):
+        async with replay(walk(), size=(160, 48)) as (screen, pilot):
             canvas, before = screen.pane.canvas, screen.pane.canvas.view
             await pilot.mouse_down(canvas, (5, 5))
             await pilot.hover(canvas, (canvas.size.width + 8, 8))
@@ -365,10 +338,8 @@ class TestCamera:
             assert not screen.selections
             assert screen.get_selected_text() is None
 
-        replay(walk(), test, size=(160, 48))
-
-    def test_keys_work_wherever_the_focus_is(self, walk):
-        async def test(screen, pilot):
+    async def test_keys_work_wherever_the_focus_is(self, walk):
+        async with replay(walk()) as (screen, pilot):
             screen.query_one("#frame", Scrubber).focus()
             await press(pilot, "v", "plus", "f")
             view = screen.pane.canvas.view
@@ -377,22 +348,21 @@ class TestCamera:
             await press(pilot, "minus", "0")
             assert screen.pane.canvas.view.name == "iso"
 
-        replay(walk(), test)
-
-    def test_both_bodies_share_the_camera(self, walk):
-        async def test(screen, pilot):
+    async def test_both_bodies_share_the_camera(self, walk):
+        async with replay(walk(), beside=walk("other")) as (screen, pilot):
             screen.panes[1].canvas.focus()
             await press(pilot, "left", "up")
             one, other = (pane.canvas.view for pane in screen.panes)
             assert one == other
             assert one.name == ""
 
-        replay(walk(), test, beside=walk("other"))
-
 
 class TestTwoBodies:
-    def test_the_longer_motion_sets_the_time(self, walk):
-        async def test(screen, pilot):
+    async def test_the_longer_motion_sets_the_time(self, walk):
+        async with replay(walk("short", "organism.frames=11"), beside=walk("long")) as (
+            screen,
+            pilot,
+        ):
             short, long = (pane.canvas for pane in screen.panes)
             assert screen.leader is long
             screen.query_one("#frame", Scrubber).choose(25)
@@ -402,11 +372,9 @@ class TestTwoBodies:
             await pilot.pause()
             assert (short.frame, long.frame) == (5, 5)
 
-        replay(walk("short", "organism.frames=11"), test, beside=walk("long"))
-
     @pytest.mark.slow
-    def test_split_shows_the_first_generation_beside_it(self, walk):
-        async def test(screen, pilot):
+    async def test_split_shows_the_first_generation_beside_it(self, walk):
+        async with replay(walk(), generation=4) as (screen, pilot):
             await press(pilot, "s")
             assert [pane.shown.generation for pane in screen.panes][1] == 1
             screen.panes[1].canvas.focus()
@@ -417,13 +385,11 @@ class TestTwoBodies:
             assert len(screen.panes) == 1
             assert screen.leader is screen.panes[0].canvas
 
-        replay(walk(), test, generation=4)
-
 
 class TestLayout:
     @pytest.mark.slow
-    def test_measures_can_be_shown_on_narrow_screens_and_scrolled(self, walk):
-        async def test(screen, pilot):
+    async def test_measures_can_be_shown_on_narrow_screens_and_scrolled(self, walk):
+        async with replay(walk("walk", "organism.many=30")) as (screen, pilot):
             pane = screen.pane
             assert not pane.measures_shown
             await press(pilot, "m")
@@ -438,13 +404,9 @@ class TestLayout:
             await press(pilot, "G")
             await app_until(pilot, lambda: scroll.scroll_y == scroll.max_scroll_y)
 
-        replay(walk("walk", "organism.many=30"), test)
-
-    def test_a_body_without_feet_has_no_footfalls(self, walk):
-        async def test(screen, pilot):
+    async def test_a_body_without_feet_has_no_footfalls(self, walk):
+        async with replay(walk("fly", "organism.feet=false")) as (screen, _pilot):
             assert not screen.pane.query_one(FootfallStrip).display
-
-        replay(walk("fly", "organism.feet=false"), test)
 
 
 class TestProblems:
@@ -456,40 +418,30 @@ class TestProblems:
             ("organism.broken=move", "out of [bold]breath"),
         ],
     )
-    def test_an_error_replaces_a_missing_body(self, walk, override, message):
-        async def test(screen, pilot):
+    async def test_an_error_replaces_a_missing_body(self, walk, override, message):
+        async with replay(walk("walk", override)) as (screen, pilot):
             assert message in words(screen.pane.canvas)
             for key in ("space", "full_stop", "v", "f", "m", "comma", "greater_than_sign"):
                 await press(pilot, key)
             await press(pilot, "s", "b")
 
-        replay(walk("walk", override), test)
-
-    def test_a_body_without_measures_is_shown(self, walk):
-        async def test(screen, pilot):
+    async def test_a_body_without_measures_is_shown(self, walk):
+        async with replay(walk("walk", "organism.broken=measures")) as (screen, _pilot):
             assert screen.leader.skeleton is not None
 
-        replay(walk("walk", "organism.broken=measures"), test)
-
-    def test_a_run_deleted_during_the_replay(self, walk):
+    async def test_a_run_deleted_during_the_replay(self, walk):
         run = walk()
-
-        async def test(screen, pilot):
+        async with replay(run) as (screen, pilot):
             shutil.rmtree(run)
             await press(pilot, "left_square_bracket")
             assert "cannot read" in words(screen.pane.canvas)
 
-        replay(run, test)
-
-    def test_a_run_without_a_generation(self, walk):
+    async def test_a_run_without_a_generation(self, walk):
         experiment = parse_experiment(RunSnapshot(walk()).experiment_text, "walk.toml")
         run = create_run(experiment, Path("runs/new"))
-
-        async def test(screen, pilot):
+        async with replay(run) as (screen, _pilot):
             assert "no finished generation yet" in words(screen.pane.canvas)
             assert "gaitsim resume" in words(screen.pane.canvas)
-
-        replay(run, test)
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])
@@ -578,8 +530,8 @@ class Slider(App):
 
 
 class TestColours:
-    def test_labels_are_legible_and_the_cursor_differs_from_both_sides(self, walk):
-        async def test(screen, pilot):
+    async def test_labels_are_legible_and_the_cursor_differs_from_both_sides(self, walk):
+        async with replay(walk()) as (screen, pilot):
             for theme in THEMES:
                 pilot.app.theme = theme.name
                 await settled(pilot)
@@ -591,8 +543,6 @@ class TestColours:
                 styles = screen.pane.feet.ink_styles()
                 sides = [styles[FIRST + side].color for side in (LEFT, RIGHT)]
                 assert styles[CURSOR].color not in sides, theme.name
-
-        replay(walk(), test)
 
 
 def contrast(one, other):
@@ -609,22 +559,19 @@ def contrast(one, other):
 
 
 class TestScrubber:
-    def test_dragging_changes_the_value(self):
-        async def go():
-            app = Slider()
-            async with app.run_test(size=(60, 3)) as pilot:
-                slider = app.query_one(Scrubber)
-                bar = re.search("[━●─]+", str(slider.render()))
-                start, width = bar.start(), len(bar[0])
-                await pilot.mouse_down(slider, (start, 0))
-                assert slider.value == 0
-                await pilot.hover(slider, (start + width - 1, 0))
-                assert slider.value == 100
-                await pilot.mouse_up(slider, (start + width - 1, 0))
-                await pilot.hover(slider, (start, 0))
-                assert slider.value == 100
-
-        asyncio.run(go())
+    async def test_dragging_changes_the_value(self):
+        app = Slider()
+        async with app.run_test(size=(60, 3)) as pilot:
+            slider = app.query_one(Scrubber)
+            bar = re.search("[━●─]+", str(slider.render()))
+            start, width = bar.start(), len(bar[0])
+            await pilot.mouse_down(slider, (start, 0))
+            assert slider.value == 0
+            await pilot.hover(slider, (start + width - 1, 0))
+            assert slider.value == 100
+            await pilot.mouse_up(slider, (start + width - 1, 0))
+            await pilot.hover(slider, (start, 0))
+            assert slider.value == 100
 
     def test_the_value_stays_in_its_range(self):
         slider = Scrubber("time", 1, 5, 9)

@@ -48,15 +48,13 @@ def all_subclasses(kind, *, leaves=True):
     return [one for one in found if not (leaves and one.__subclasses__())]
 
 
-def test_a_key_of_the_previous_screen_does_not_close_a_mounting_dialog(here, drive):
-    async def test(driver):
+async def test_a_key_of_the_previous_screen_does_not_close_a_mounting_dialog(here, drive):
+    async with drive() as driver:
         driver.app.push_screen(Confirm("Delete it?", "Delete"))
         assert not await driver.app.run_action("dismiss", driver.app.screen)
         await driver.until(lambda: driver.app.screen.query("#yes"))
         await driver.press("escape")
         await driver.at("Home")
-
-    drive(test)
 
 
 class TestEveryScreen:
@@ -107,16 +105,13 @@ class TestFooter:
             assert announced == ([] if not omitted else ["help" if has_help else "palette"])
             assert {item.key for item in shown} & {"a", "b"} in (set(), {"a", "b"})
 
-    def test_every_key_of_a_screen_is_complete_or_in_the_help(self, walk, drive):
+    async def test_every_key_of_a_screen_is_complete_or_in_the_help(self, walk, drive):
         walk()
-
-        async def test(driver):
+        async with drive() as driver:
             await self.check(driver)
             await driver.press("r")
             await driver.at("Replay")
             await self.check(driver)
-
-        drive(test)
 
     async def check(self, driver):
         footer = driver.screen.query_one(Footer)
@@ -142,10 +137,9 @@ class TestFooter:
 
 
 class TestHelp:
-    def test_it_lists_the_available_keys_with_their_ids(self, walk, drive):
+    async def test_it_lists_the_available_keys_with_their_ids(self, walk, drive):
         walk()
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("question_mark")
             await driver.at("Help")
             keys = driver.screen.query_one("#help-keys", Static).content
@@ -160,12 +154,9 @@ class TestHelp:
             await driver.press("escape")
             await driver.at("Home")
 
-        drive(test)
-
-    def test_a_click_on_a_key_presses_it(self, walk, drive):
+    async def test_a_click_on_a_key_presses_it(self, walk, drive):
         walk()
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("question_mark")
             await driver.at("Help")
             table = driver.screen.query_one("#help-keys")
@@ -176,16 +167,13 @@ class TestHelp:
             await driver.pilot.click(table, offset=(20, row))
             await driver.at("Plugins")
 
-        drive(test)
-
 
 class TestViKeys:
     @pytest.mark.slow
-    def test_they_move_in_tables_and_lists_but_not_in_fields(self, walk, drive, config):
+    async def test_they_move_in_tables_and_lists_but_not_in_fields(self, walk, drive, config):
         for name in "abcd":
             walk(name, 0)
-
-        async def test(driver):
+        async with drive(config=config('[keys]\nlist.up = "b"')) as driver:
             table = driver.screen.query_one("#runs")
             places = []
             for key in ("j", "j", "b", "G", "g", "ctrl+d", "ctrl+u"):
@@ -205,8 +193,6 @@ class TestViKeys:
             await driver.press("j")
             assert menu.highlighted > before
 
-        drive(test, config=config('[keys]\nlist.up = "b"'))
-
     def test_keys_of_screens_take_precedence(self, config):
         given = '[keys]\nhome.delete = "ctrl+d"\nlist.up = "n"'
         found = "\n".join(map(str, find_problems(config(given))))
@@ -218,23 +204,18 @@ class TestPalette:
     async def titles(self, driver):
         return [hit.text async for hit in Commands(driver.screen).discover()]
 
-    def test_it_lists_only_available_commands(self, walk, drive, here):
-        async def empty(driver):
+    async def test_it_lists_only_available_commands(self, walk, drive, here):
+        async with drive() as driver:
             found = await self.titles(driver)
             assert {"New", "Plugins", "Help", "Quit", "New run: spider"} <= set(found)
             assert not {"Open", "Delete", "Compare", "Export", "Tasks"} & set(found)
             assert len(found) == len(set(found))
-
-        drive(empty)
         walk()
-
-        async def one(driver):
+        async with drive() as driver:
             assert {"Open", "Delete", "Export"} <= set(await self.titles(driver))
 
-        drive(one)
-
-    def test_a_command_is_found_and_run(self, here, drive):
-        async def test(driver):
+    async def test_a_command_is_found_and_run(self, here, drive):
+        async with drive() as driver:
             await driver.press("ctrl+p")
             await driver.at("CommandPalette")
             await driver.type("plugins")
@@ -242,17 +223,14 @@ class TestPalette:
             await driver.press("down", "enter")
             await driver.at("Plugins")
 
-        drive(test)
-
     async def found(self, driver, query):
         """Return the hits of a query by title, the best first."""
         hits = [hit async for hit in Commands(driver.screen).search(query)]
         return {hit.text: hit for hit in sorted(hits, key=lambda hit: -hit.score)}
 
-    def test_synonyms_find_a_command(self, walk, drive):
+    async def test_synonyms_find_a_command(self, walk, drive):
         walk()
-
-        async def test(driver):
+        async with drive() as driver:
             for query, title in (
                 ("video", "Export"),
                 ("matlab", "Export"),
@@ -265,10 +243,8 @@ class TestPalette:
                 assert next(iter(await self.found(driver, query))) == title
             assert not await self.found(driver, "zzz")
 
-        drive(test)
-
-    def test_unavailable_commands_have_reasons(self, walk, drive):
-        async def nothing(driver):
+    async def test_unavailable_commands_have_reasons(self, walk, drive):
+        async with drive() as driver:
             for query in (
                 "export",
                 "replay",
@@ -282,12 +258,9 @@ class TestPalette:
                 hit = (await self.found(driver, query))[query.capitalize()]
                 assert hit.help != NOT_NOW
                 assert "dim" in [str(span.style) for span in hit.match_display.spans]
-
-        drive(nothing)
         walk("a")
         walk("b")
-
-        async def two(driver):
+        async with drive() as driver:
             hit = (await self.found(driver, "compare"))["Compare"]
             assert "Mark two" in hit.help
             hit.command()
@@ -299,8 +272,6 @@ class TestPalette:
             await driver.until(lambda: driver.screen.snapshot.champion is not None)
             assert "is not evolving here" in (await self.found(driver, "pause"))["Pause"].help
             assert "At home" in (await self.found(driver, "compare"))["Compare"].help
-
-        drive(two)
 
     def test_all_actions_of_the_table_are_in_a_class(self):
         ids = {
@@ -318,10 +289,9 @@ class TestPalette:
         assert Content.from_markup(escape_markup(text)).plain == text
 
 
-def test_a_worker_ends_when_its_screen_is_closed(walk, drive):
+async def test_a_worker_ends_when_its_screen_is_closed(walk, drive):
     walk()
-
-    async def test(driver):
+    async with drive() as driver:
         screen = GaitScreen()
         await driver.app.push_screen(screen)
         assert await screen.in_thread(int, "3") == 3
@@ -329,14 +299,11 @@ def test_a_worker_ends_when_its_screen_is_closed(walk, drive):
         with pytest.raises(asyncio.CancelledError):
             await screen.in_thread(int, "3")
 
-    drive(test)
-
 
 class TestJump:
-    def test_a_letter_focuses_its_widget(self, walk, drive):
+    async def test_a_letter_focuses_its_widget(self, walk, drive):
         walk()
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("slash")
             box = driver.screen.query_one("#filter")
             assert list(targets(driver.screen).values()) == [box, driver.screen.query_one("#runs")]
@@ -354,14 +321,11 @@ class TestJump:
             await driver.at("Home")
             assert driver.app.focused is box
 
-        drive(test)
-
 
 class TestThemes:
-    def test_the_requested_theme_is_used(self, walk, drive):
+    async def test_the_requested_theme_is_used(self, walk, drive):
         walk()
-
-        async def test(driver):
+        async with drive(theme=THEMES[1].name) as driver:
             assert driver.app.theme == THEMES[1].name
             for theme in THEMES:  # help can be shown in each
                 driver.app.theme = theme.name
@@ -370,23 +334,17 @@ class TestThemes:
                 await driver.press("escape")
                 await driver.at("Home")
 
-        drive(test, theme=THEMES[1].name)
-
-    def test_a_chosen_theme_is_stored(self, here, drive, config):
+    async def test_a_chosen_theme_is_stored(self, here, drive, config):
         settings = config("")
-
-        async def test(driver):
+        async with drive(config=settings) as driver:
             driver.app.choose_theme("gaitsim-okabe-ito")
             await driver.pilot.pause()
-
-        drive(test, config=settings)
         assert read_config(settings.path).theme == "gaitsim-okabe-ito"
 
-    def test_without_colours_all_is_grey(self, walk, drive, monkeypatch):
+    async def test_without_colours_all_is_grey(self, walk, drive, monkeypatch):
         monkeypatch.setenv("NO_COLOR", "1")
         walk()
-
-        async def test(driver):
+        async with drive() as driver:
             svg = driver.app.export_screenshot()
             drawn = set(re.findall(r"-r\d+ \{ fill: #([0-9a-f]{6})", svg))
             coloured = {one for one in drawn if not one[:2] == one[2:4] == one[4:]}
@@ -394,23 +352,21 @@ class TestThemes:
             assert coloured <= {"c5c8c6"}  # the default colour of the SVG
             assert "■" in svg
 
-        drive(test)
-
 
 class TestKeys:
-    def test_a_key_of_the_settings_replaces_the_default(self, walk, drive, config):
+    async def test_a_key_of_the_settings_replaces_the_default(self, walk, drive, config):
         walk()
-
-        async def test(driver):
+        async with drive(config=config('[keys]\nhome.delete = "ctrl+d"')) as driver:
             await driver.press("d")
             assert isinstance(driver.screen, Home)
             await driver.press("ctrl+d")
             await driver.at("Confirm")
 
-        drive(test, config=config('[keys]\nhome.delete = "ctrl+d"'))
-
-    def test_invalid_settings_are_reported_and_the_app_starts(self, here, drive, config):
-        async def test(driver):
+    async def test_invalid_settings_are_reported_and_the_app_starts(self, here, drive, config):
+        text = (
+            '[tui]\ntheme = "gaitsim-lite"\n[keys]\nhome.delte = "x"\nhome.new = "ctl+d"\n[kyes]\n'
+        )
+        async with drive(config=config(text)) as driver:
             await driver.until(lambda: "home.delte" in driver.notifications())
             shown = driver.notifications()
             assert "unknown theme" in shown
@@ -420,15 +376,11 @@ class TestKeys:
             assert '• unknown key "kyes"; ' in shown
             assert driver.app.theme == "gaitsim-dark"
 
-        text = (
-            '[tui]\ntheme = "gaitsim-lite"\n[keys]\nhome.delte = "x"\nhome.new = "ctl+d"\n[kyes]\n'
-        )
-        drive(test, config=config(text))
-
-    def test_a_key_assigned_twice_is_reported(self, walk, drive, config):
+    async def test_a_key_assigned_twice_is_reported(self, walk, drive, config):
         walk()
-
-        async def test(driver):
+        async with drive(
+            config=config('[keys]\nhome.new = "r"\nhome.export = "?"\nlive.go = "x"')
+        ) as driver:
             await driver.until(lambda: "assigned to" in driver.notifications())
             assert "the key r is assigned to home.new and to home.replay" in driver.notifications()
             assert (
@@ -439,22 +391,18 @@ class TestKeys:
             await driver.press("r")
             await driver.at("New")
 
-        drive(test, config=config('[keys]\nhome.new = "r"\nhome.export = "?"\nlive.go = "x"'))
-
 
 class TestEnding:
-    def test_q_quits(self, here, drive):
-        async def test(driver):
+    async def test_q_quits(self, here, drive):
+        async with drive() as driver:
             await driver.press("q")
             await driver.until(lambda: not driver.app.is_running)
 
-        drive(test)
-
-    def test_a_screen_may_refuse_to_close(self, here, drive, monkeypatch):
+    async def test_a_screen_may_refuse_to_close(self, here, drive, monkeypatch):
         async def stay(screen):
             return False
 
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("p")
             screen = await driver.at("Plugins")
             monkeypatch.setattr(type(screen), "may_leave", stay)
@@ -465,8 +413,6 @@ class TestEnding:
             monkeypatch.undo()
             await driver.press("escape")
             await driver.at("Home")
-
-        drive(test)
 
 
 class TestImports:

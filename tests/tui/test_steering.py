@@ -41,8 +41,8 @@ async def fly(driver, screen, clock, seconds):
     await driver.until(lambda: screen.drive.ending or screen.drive.seconds >= wanted - 0.02)
 
 
-def test_keys_choose_commands_until_the_flight_ends(kite, drive):
-    async def test(driver):
+async def test_keys_choose_commands_until_the_flight_ends(kite, drive):
+    async with drive() as driver:
         clock = Clock()
         screen = await open_steering(driver, partial(create_drive, kite, {}), clock)
         assert screen.drive.command.name == "stay"
@@ -68,14 +68,12 @@ def test_keys_choose_commands_until_the_flight_ends(kite, drive):
         await driver.press("escape")
         await driver.at("Home")
 
-    drive(test)
 
-
-def test_an_unreadable_controller_is_reported(kite, drive):
+async def test_an_unreadable_controller_is_reported(kite, drive):
     def load():
         raise GaitsimError("there is no such run")
 
-    async def test(driver):
+    async with drive() as driver:
         screen = Steering(load)
         driver.app.push_screen(screen)
         await driver.until(lambda: "no such run" in screen.body.placeholder())
@@ -83,15 +81,13 @@ def test_an_unreadable_controller_is_reported(kite, drive):
         await driver.press("escape")
         await driver.at("Home")
 
-    drive(test)
-
 
 @pytest.mark.slow
-def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
+async def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
     run = walk()
     monkeypatch.setattr("gaitsim.steering.load_experiment", lambda _: kite)
+    async with drive() as driver:
 
-    async def test(driver):
         def commands():
             return {one.title: one for one in driver.screen.palette()}
 
@@ -109,5 +105,3 @@ def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monk
         await driver.until(lambda: screen.drive is not None)
         line = screen.command_line()
         assert line == f"gaitsim steer {run}/experiment.toml --controller rise={run}@2"
-
-    drive(test)

@@ -53,8 +53,8 @@ async def write(driver, text):
 
 class TestStudies:
     @pytest.mark.slow
-    def test_a_study_is_started_followed_opened_and_continued_with_keys(self, sweep, drive):
-        async def test(driver):
+    async def test_a_study_is_started_followed_opened_and_continued_with_keys(self, sweep, drive):
+        async with drive() as driver:
             await driver.press("u")
             screen = await driver.at("Studies")
             await driver.until(lambda: "no studies" in driver.text("#no-studies"))
@@ -90,14 +90,11 @@ class TestStudies:
             await driver.until(lambda: len(driver.app.tasks.all) == 2 and ended(driver))
             await driver.until(lambda: "finished" in rows(driver)[0][1])
 
-        drive(test)
-
 
 @pytest.mark.slow
-def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):
+async def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):
     runs = [walk("one"), walk("two", 3, "seed=2")]
-
-    async def test(driver):
+    async with drive() as driver:
         driver.app.screen.show_screen("compare.Compare", runs)
         screen = await driver.at("Compare")
         await driver.until(lambda: "compare.statistics" in driver.offered())
@@ -127,15 +124,12 @@ def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive):
         assert "against" in displayed_texts(driver)
         assert "2 of 2" in displayed_texts(driver)
 
-    drive(test)
-
 
 class TestVerify:
     @pytest.mark.slow
-    def test_a_run_is_verified_from_its_screen(self, walk, drive):
+    async def test_a_run_is_verified_from_its_screen(self, walk, drive):
         run = walk()
-
-        async def test(driver):
+        async with drive() as driver:
             await driver.press("v")
             screen = await driver.at("Verify")
             await driver.until(lambda: ended(driver))
@@ -158,21 +152,16 @@ class TestVerify:
             await driver.until(lambda: live.run_to_verify == run)
             assert "screen.verify" in driver.offered()
 
-        drive(test)
-
-    def test_a_failed_verification_shows_the_reason(self, walk, drive):
+    async def test_a_failed_verification_shows_the_reason(self, walk, drive):
         walk()
         Path("runs/walk/history.csv").write_text("nonsense")
-
-        async def test(driver):
+        async with drive() as driver:
             from gaitsim.tui.screens.verify import Verify
 
             driver.app.push_screen(Verify(Path("runs/walk")))
             await driver.at("Verify")
             await driver.until(lambda: "could not be verified" in driver.text("#verify-state"))
             assert "history.csv ends at generation 0" in driver.text("#verify-result")
-
-        drive(test)
 
 
 @pytest.mark.parametrize(("size", "theme"), [((80, 24), None), ((120, 34), "gaitsim-light")])

@@ -256,11 +256,10 @@ class TestExports:
         }  # no archive
 
     @pytest.mark.slow
-    def test_the_form_runs_its_command_and_opens_the_file(self, walk, drive, monkeypatch):
+    async def test_the_form_runs_its_command_and_opens_the_file(self, walk, drive, monkeypatch):
         path = walk("two words")
         monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())
-
-        async def test(driver):
+        async with drive() as driver:
             assert "app.tasks" not in driver.offered()
             driver.screen.ask_export(RunChoice(path, 2))
             dialog = await driver.at("ExportDialog")
@@ -300,14 +299,11 @@ class TestExports:
             assert driver.screen.query_one("#tasks").row_count == 0
             assert not driver.offered() & {"tasks.clear", "tasks.again", "files.open"}
 
-        drive(test)
-
-    def test_a_page_is_opened_once_it_is_written(self, here, drive, monkeypatch):
+    async def test_a_page_is_opened_once_it_is_written(self, here, drive, monkeypatch):
         monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())
         page = here / "page.html"
         page.write_text("<p>")
-
-        async def test(driver):
+        async with drive() as driver:
             task = Task(("export",), state="done", files=[page], opens=True)
             driver.app._task_changed(task)
             await driver.until(lambda: "No program to open the file" in driver.notifications())
@@ -322,15 +318,12 @@ class TestExports:
             driver.app._task_changed(task)
             await driver.until(lambda: shown == [page])
 
-        drive(test)
-
-    def test_the_files_of_a_run_are_listed_without_links(self, walk, drive):
+    async def test_the_files_of_a_run_are_listed_without_links(self, walk, drive):
         path = walk()
         file = path / "exports" / "gait.csv"
         file.write_text("time_s")
         (path / "exports" / "linked.csv").symlink_to("/etc/passwd")
-
-        async def test(driver):
+        async with drive() as driver:
             driver.screen.ask_export(RunChoice(path))
             await driver.at("ExportDialog")
             await driver.pilot.click("#show-files")
@@ -346,13 +339,12 @@ class TestExports:
             await driver.at("Files")
             assert "files.open" not in driver.offered()
 
-        drive(test)
-
     @pytest.mark.slow
-    def test_an_unsupported_product_shows_the_reason_and_cannot_be_exported(self, walk, drive):
+    async def test_an_unsupported_product_shows_the_reason_and_cannot_be_exported(
+        self, walk, drive
+    ):
         path = walk()
-
-        async def test(driver):
+        async with drive() as driver:
             driver.screen.ask_export(RunChoice(path))
             dialog = await driver.at("ExportDialog")
             menu = dialog.query_one("#products")
@@ -381,13 +373,10 @@ class TestExports:
             assert driver.app.tasks.all[0].arguments == ("plot", str(path), "--kind", "terms")
             await driver.app.tasks.stop_all()
 
-        drive(test)
-
-    def test_a_task_can_be_repeated(self, here, drive, monkeypatch):
+    async def test_a_task_can_be_repeated(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("raise SystemExit('no [b]luck')")
         monkeypatch.setenv("PYTHONPATH", str(here))
-
-        async def test(driver):
+        async with drive() as driver:
             driver.app.start_task(["analyse", "x"])
             driver.app.action_tasks()
             await driver.at("TaskList")
@@ -399,13 +388,10 @@ class TestExports:
             await driver.until(lambda: driver.app.tasks.all[1].state == "failed")
             assert driver.app.tasks.all[1].arguments == ("analyse", "x")
 
-        drive(test)
-
-    def test_quitting_asks_and_stops_running_tasks(self, here, drive, monkeypatch):
+    async def test_quitting_asks_and_stops_running_tasks(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("import time; print('begun', flush=True); time.sleep(60)")
         monkeypatch.setenv("PYTHONPATH", str(here))
-
-        async def test(driver):
+        async with drive() as driver:
             driver.app.start_task(["video", "x"])
             task = driver.app.tasks.all[0]
             await driver.until(lambda: task.output)
@@ -427,5 +413,3 @@ class TestExports:
             await driver.press("y")
             await driver.until(lambda: not driver.app.is_running)
             assert (other.state, other.ended is not None) == ("stopped", True)
-
-        drive(test)

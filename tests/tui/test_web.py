@@ -102,14 +102,11 @@ class TestGuard:
             assert asyncio.run(go()) == 403
 
     @pytest.mark.parametrize("origin", [None, "http://evil.example", "http://127.0.0.1:1"])
-    def test_an_app_requires_the_origin_of_the_page(self, origin):
-        async def go():
-            async with serving() as client:
-                with pytest.raises(WSServerHandshakeError) as refused:
-                    await client.ws_connect("/ws", origin=origin)
-                assert refused.value.status == 403
-
-        asyncio.run(go())
+    async def test_an_app_requires_the_origin_of_the_page(self, origin):
+        async with serving() as client:
+            with pytest.raises(WSServerHandshakeError) as refused:
+                await client.ws_connect("/ws", origin=origin)
+            assert refused.value.status == 403
 
     @pytest.mark.parametrize(
         "path", ["/", "/?fontsize=20", "/static/js/textual.js", "/download/x", "/nothing"]
@@ -132,14 +129,11 @@ class TestToken:
         assert found.status == 403
         assert "printed by gaitsim serve" in text
 
-    def test_an_app_requires_the_token(self):
-        async def go():
-            async with serving(token="") as client:
-                with pytest.raises(WSServerHandshakeError) as refused:
-                    await client.ws_connect("/ws", origin=str(client.make_url("")).rstrip("/"))
-                assert refused.value.status == 403
-
-        asyncio.run(go())
+    async def test_an_app_requires_the_token(self):
+        async with serving(token="") as client:
+            with pytest.raises(WSServerHandshakeError) as refused:
+                await client.ws_connect("/ws", origin=str(client.make_url("")).rstrip("/"))
+            assert refused.value.status == 403
 
     def test_a_cookie_replaces_the_token_in_the_address(self):
         found, _ = ask("/?token=a+token+%26+more&fontsize=20", token="")
@@ -191,21 +185,17 @@ def ended(process):
 
 
 class TestApps:
-    def test_its_size_is_limited_and_the_token_is_hidden_from_it(self, monkeypatch):
+    async def test_its_size_is_limited_and_the_token_is_hidden_from_it(self, monkeypatch):
         monkeypatch.setenv("GAITSIM_TOKEN", TOKEN)
-
-        async def go():
-            async with serving(ECHO) as client:
-                large, (_, *first) = await window(client, "?width=1000000000&height=-5")
-                assert first == ["500", "1", None]
-                await large.send_json(["resize", {"width": 10**9, "height": 10**9}])
-                assert b'"width": 500, "height": 200' in await large.receive_bytes()
-                await large.send_json(["ping", "1"])
-                assert await large.receive_json() == ["pong", "1"]
-                await large.send_json(["stdin", "d\ud800"])
-                assert (await large.receive_bytes()).endswith(b"d?")
-
-        asyncio.run(go())
+        async with serving(ECHO) as client:
+            large, (_, *first) = await window(client, "?width=1000000000&height=-5")
+            assert first == ["500", "1", None]
+            await large.send_json(["resize", {"width": 10**9, "height": 10**9}])
+            assert b'"width": 500, "height": 200' in await large.receive_bytes()
+            await large.send_json(["ping", "1"])
+            assert await large.receive_json() == ["pong", "1"]
+            await large.send_json(["stdin", "d\ud800"])
+            assert (await large.receive_bytes()).endswith(b"d?")
 
     @pytest.mark.parametrize(
         "bad",
@@ -228,49 +218,37 @@ class TestApps:
         ],
         ids=lambda bad: str(bad[:20]),
     )
-    def test_a_malformed_message_ends_its_connection_quietly(self, bad, caplog):
-        async def go():
-            async with serving(ECHO) as client:
-                connection, (process, *_) = await window(client)
-                send = connection.send_bytes if isinstance(bad, bytes) else connection.send_str
-                await send(bad)
-                last = await connection.receive()
-                assert last.type is WSMsgType.CLOSE
-                return process
-
-        process = asyncio.run(go())
+    async def test_a_malformed_message_ends_its_connection_quietly(self, bad, caplog):
+        async with serving(ECHO) as client:
+            connection, (process, *_) = await window(client)
+            send = connection.send_bytes if isinstance(bad, bytes) else connection.send_str
+            await send(bad)
+            last = await connection.receive()
+            assert last.type is WSMsgType.CLOSE
         until(lambda: ended(process))
         assert not caplog.records
 
     @pytest.mark.parametrize("script", [ECHO, DEAF, LOUD], ids=["echo", "deaf", "loud"])
-    def test_it_ends_with_its_window(self, script, monkeypatch):
+    async def test_it_ends_with_its_window(self, script, monkeypatch):
         monkeypatch.setattr(web_app, "GRACE", 0.5)
+        async with serving(script) as client:
+            connection, (process, *_) = await window(client)
+            await connection.send_json(["stdin", "x"])
+            await connection.close()
+            async with asyncio.timeout(30):
+                while not ended(process):
+                    await asyncio.sleep(0.02)
 
-        async def go():
-            async with serving(script) as client:
-                connection, (process, *_) = await window(client)
-                await connection.send_json(["stdin", "x"])
-                await connection.close()
-                async with asyncio.timeout(30):
-                    while not ended(process):
-                        await asyncio.sleep(0.02)
-
-        asyncio.run(go())
-
-    def test_an_excess_window_waits_for_another_to_close_or_is_refused(self, monkeypatch):
+    async def test_an_excess_window_waits_for_another_to_close_or_is_refused(self, monkeypatch):
         monkeypatch.setattr(web, "PATIENCE", 0.2)
-
-        async def go():
-            async with serving(ECHO, windows=1) as client:
-                first, _ = await window(client)
-                origin = str(client.make_url("")).rstrip("/")
-                second = await client.ws_connect("/ws", origin=origin)
-                assert "windows are open" in (await second.receive()).extra
-                monkeypatch.setattr(web, "PATIENCE", 30)
-                await first.close()
-                await window(client)
-
-        asyncio.run(go())
+        async with serving(ECHO, windows=1) as client:
+            first, _ = await window(client)
+            origin = str(client.make_url("")).rstrip("/")
+            second = await client.ws_connect("/ws", origin=origin)
+            assert "windows are open" in (await second.receive()).extra
+            monkeypatch.setattr(web, "PATIENCE", 30)
+            await first.close()
+            await window(client)
 
     def test_a_failed_app_refers_to_the_terminal(self, capfd):
         async def go():

@@ -15,10 +15,9 @@ def displayed_texts(screen):
     return capture.get()
 
 
-def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive):
+async def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive):
     run = walk()
-
-    async def test(driver):
+    async with drive() as driver:
         await driver.press("w")
         screen = await driver.at("Why")
         await driver.until(lambda: len(screen.query("VerticalScroll > Static")) > 4)
@@ -35,16 +34,13 @@ def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive):
         await driver.until(lambda: "has no generation 9" in displayed_texts(driver.screen))
         assert isinstance(driver.screen, Why)
 
-    drive(test)
-
 
 @pytest.mark.slow
-def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
+async def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
     puppets = walk()
     with gs.evolve("spider", generations=1, population=4, out=here / "runs/eight") as search:
         list(search)
-
-    async def test(driver):
+    async with drive() as driver:
         driver.app.screen.show_screen("why.Why", puppets)
         await driver.until(lambda: "Gait: none" in displayed_texts(driver.screen))
         assert not driver.screen.check_action("physics", ())
@@ -56,16 +52,13 @@ def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
         assert driver.screen.command_line().endswith("--physics")
         assert not driver.screen.check_action("physics", ())
 
-    drive(test)
 
-
-def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
+async def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.why.WORLDS", 12)
     puppets, short = walk(), {"organism.duration": 0.5}
     with gs.evolve("walker", generations=1, population=4, set=short, out=here / "runs/two") as run:
         list(run)
-
-    async def test(driver):
+    async with drive() as driver:
         driver.app.screen.show_screen("why.Why", puppets)
         await driver.until(lambda: "Gait: none" in displayed_texts(driver.screen))
         assert not driver.screen.check_action("worlds", ())
@@ -77,5 +70,3 @@ def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
         assert "worst tenth" in displayed_texts(driver.screen)
         assert driver.screen.command_line().endswith("--worlds 12")
         assert not driver.screen.check_action("worlds", ())
-
-    drive(test)

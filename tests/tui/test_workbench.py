@@ -1,6 +1,7 @@
 """Whole sessions in the app with the mouse alone; text is typed."""
 
 import re
+from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
@@ -119,22 +120,20 @@ async def at_rest(user, name, state):
 
 @pytest.fixture
 def run_task(drive):
-    """Return a function that runs a task with the mouse on a small screen."""
+    """Return a context that yields a user with a mouse on a small screen."""
 
-    def run_task(task):
-        async def test(driver):
-            await task(Mouse(driver))
-
-        drive(test)
+    @asynccontextmanager
+    async def run_task():
+        async with drive() as driver:
+            yield Mouse(driver)
 
     return run_task
 
 
-def test_evolving(run_task, walk):
+async def test_evolving(run_task, walk):
     """Resume, leave, reopen, change, fork and stop a run."""
     walk("walk", 3, "organism.pause=0.01", generations=4000)
-
-    async def task(user):
+    async with run_task() as user:
         await user.open("walk")
         await user.at("Live")
         await user.do("Resume")
@@ -169,19 +168,16 @@ def test_evolving(run_task, walk):
         await user.mark("walk")
         await user.do("Stop")
         await at_rest(user, "walk", "stopped")
-
-    run_task(task)
     run = RunSnapshot(RUN)
     assert [str(change) for change in run.stages[1].changes]
     assert background_state(RUN) is background_state(Path("runs/walk-2")) is None
 
 
-def test_comparing_replaying_and_exporting(run_task, walk):
+async def test_comparing_replaying_and_exporting(run_task, walk):
     """Compare and replay runs, choose and explain a generation, and export a file."""
     walk("walk", 5)
     walk("other", 4)
-
-    async def task(user):
+    async with run_task() as user:
         await user.mark("walk")
         await user.mark("other")
         await user.do("Compare")
@@ -220,15 +216,12 @@ def test_comparing_replaying_and_exporting(run_task, walk):
         await user.do("Back")
         await user.at("Home")
 
-    run_task(task)
 
-
-def test_verifying_noting_and_deleting(run_task, walk):
+async def test_verifying_noting_and_deleting(run_task, walk):
     """Verify runs, attach a note, find a run by its note, and delete runs."""
     walk("walk", 5)
     walk("other", 4)
-
-    async def task(user):
+    async with run_task() as user:
         await user.open("walk")
         await user.at("Live")
         await user.do("Verify")
@@ -253,6 +246,4 @@ def test_verifying_noting_and_deleting(run_task, walk):
         await user.at("Confirm")
         await user.agree("Delete")
         await user.driver.until(lambda: not RUN.exists())
-
-    run_task(task)
     assert not Path("runs/other").exists()
