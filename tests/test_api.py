@@ -110,16 +110,6 @@ def test_invalid_arguments_are_reported_before_the_loop() -> None:
         gs.evolve("spider").run  # noqa: B018
 
 
-@pytest.mark.parametrize("given", [["mutation.rate=.1"], "mutation.rate=.1", 3])
-def test_options_that_are_not_a_mapping_are_rejected(given: Any, evolved_search: gs.Search) -> None:
-    for begin in (
-        lambda: gs.evolve("spider", set=given),
-        lambda: evolved_search.run.resume(set=given),
-    ):
-        with pytest.raises(gs.GaitsimError, match=r'such as \{"mutation.rate": 0.1\}'):
-            begin()
-
-
 @pytest.mark.parametrize("given", [0, -1, 1.5, "2", True])
 def test_an_invalid_number_of_workers_is_rejected(
     given: Any, evolved_search: gs.Search, tmp_path: Path
@@ -190,18 +180,6 @@ def test_a_run_resumes_after_an_error_in_the_loop(tmp_path: Path) -> None:
     assert list(search) == []
 
 
-def test_the_run_of_a_search_has_all_its_generations(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
-    with gs.evolve("spider", generations=9, population=24, out=tmp_path / "run") as search:
-        for _ in range(3):
-            next(search)
-        assert search.run.snapshot.generation == 3
-        next(search)
-    assert search.run.snapshot.generation == 4
-
-
 def test_a_search_continues_after_its_loop() -> None:
     search = gs.evolve("spider", generations=4, population=8)
     for generation in search:
@@ -210,24 +188,6 @@ def test_a_search_continues_after_its_loop() -> None:
     assert search.last is generation
     assert [later.number for later in search] == [3, 4]
     search.close()
-
-
-def test_a_run_resumed_in_python_is_bit_identical(
-    tmp_path: Path, evolved_search: gs.Search
-) -> None:
-    out = tmp_path / "halves"
-    for _ in gs.evolve("spider", generations=2, population=24, seed=2, out=out):
-        pass
-    numbers = [generation.number for generation in gs.load(out).resume(4)]
-    assert numbers == [3, 4]
-    again, whole = gs.load(out), evolved_search.run
-    for name, values in whole.history.items():
-        assert name == "seconds" or np.array_equal(values, again.history[name]), name
-    assert again.fingerprint() == whole.fingerprint()
-    assert list(again.resume()) == []
-    # A changed option starts a new stage.
-    (fifth,) = again.resume(5, set={"mutation.rate": 0.5})
-    assert fifth.progress.stage == 2
 
 
 def test_a_run_is_evolved_and_stopped_in_the_background(tmp_path: Path) -> None:
@@ -254,24 +214,6 @@ def test_a_hand_edit_is_a_warning_when_the_run_resumes(tmp_path: Path) -> None:
     file.write_text(file.read_text().replace("\nrate = 0.08", "\nrate = 0.09"))
     with pytest.warns(UserWarning, match=r"mutation\.rate: 0\.08, now 0\.09"):
         assert [generation.number for generation in gs.load(out).resume(3)] == [3]
-
-
-def test_the_champion_is_the_best_of_all(evolved_search: gs.Search) -> None:
-    run, kept = evolved_search.run, evolved_search.champion
-    assert kept is not None
-    champion = run.champion
-    assert champion.score == kept.score == run.history["best"].max()
-    assert champion.generation == kept.generation
-    assert np.array_equal(champion.genome, kept.genome)
-    assert champion.motion["joint_angles"].shape == (1, 300, 24)
-    assert np.isclose(champion.motion["pose"][0, -1, 0], champion.measures["forward"])
-    assert champion.skeleton.segments.shape[0] == 300
-    first = run.replay(1)
-    assert (first.generation, first.score) == (1, run.history["best"][0])
-    with pytest.raises(gs.GaitsimError, match="no generation 99"):
-        run.replay(99)
-    with pytest.raises(gs.GaitsimError, match="condition"):
-        run.replay(world={"ice": 1.0})
 
 
 def test_pictures_show_individuals(evolved_search: gs.Search, tmp_path: Path) -> None:

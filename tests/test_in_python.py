@@ -101,14 +101,6 @@ def test_a_function_that_returns_an_array_is_a_body_with_its_score() -> None:
     assert np.array_equal(last.scores, sphere(last.genomes))
 
 
-def test_a_lambda_can_be_a_body() -> None:
-    by_name = run_to_end(gs.evolve(body=sphere, space=SPACE, generations=3, population=10))
-    short = run_to_end(
-        gs.evolve(body=lambda genes: 1 * sphere(genes), space=SPACE, generations=3, population=10)
-    )
-    assert np.array_equal(short.scores, by_name.scores)
-
-
 def test_a_function_scores_a_body_from_a_package() -> None:
     search = gs.evolve("spider", fitness=height, generations=2, population=6, seed=1)
     last = run_to_end(search)
@@ -308,21 +300,6 @@ def clears(genomes: Genomes) -> Array:
 def test_errors_of_a_body_name_the_function(body: Any, space: Any, told: str) -> None:
     with pytest.raises(gs.GaitsimError, match=told):
         run_to_end(gs.evolve(body=body, space=space, generations=2, population=6))
-
-
-def test_individuals_without_a_score_have_failed() -> None:
-    def root(genomes: Genomes) -> Array:
-        return np.where(genomes[:, 0] > 0, genomes[:, 0], np.nan)
-
-    def nothing(genomes: Genomes) -> Array:
-        return np.full(len(genomes), np.nan)
-
-    first = next(gs.evolve(body=root, space=SPACE, population=20))
-    failed = np.flatnonzero(np.isneginf(first.scores)).tolist()
-    assert failed
-    assert first.evaluation.reasons == dict.fromkeys(failed, "score is nan")
-    with pytest.warns(UserWarning, match=r"all 20 individuals failed \(individual 0: score is nan"):
-        next(gs.evolve(body=nothing, space=SPACE, population=20))
 
 
 def test_functions_stay_in_this_process() -> None:

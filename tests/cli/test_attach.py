@@ -80,16 +80,6 @@ def test_every_generation_is_shown_once(puppet_run, shown):
     assert noted.states == ["running", "paused", *["running"] * 3]
 
 
-def test_each_row_has_the_best_score_of_each_island(puppet_run, shown):
-    puppet_run("islands.number=2", "islands.migrants=1", "evolution.generations=5")
-    path = Path("run")
-    whole, bests = RunWatcher(path).poll(), RunSnapshot(path).islands
-    noted = shown(
-        path, [part_of_history(whole, 1, 3), part_of_history(whole, 4, 4, islands=tuple(bests[3]))]
-    )
-    np.testing.assert_array_equal([row["islands"] for row in noted.rows], bests[:4])
-
-
 def test_rows_whose_islands_are_not_on_disk_yet_are_shown_later(
     puppet, shown, monkeypatch, tmp_path
 ):

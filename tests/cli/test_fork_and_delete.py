@@ -60,18 +60,6 @@ def test_a_changed_copy_equals_the_run_with_the_same_change(gaitsim, run):
     )
 
 
-def test_unstarted_runs_and_runs_from_an_individual_are_copied(gaitsim, run):
-    gaitsim("run", run / "experiment.toml", "--from", run, "--out", "from")
-    for name in ("population.pickle", "population.previous.pickle", "history.csv", "bests.bin"):
-        (run.parents[1] / "from" / name).unlink()
-    gaitsim("fork", "from", "--out", "copy")
-    for name in ("from", "copy"):
-        gaitsim("resume", name)
-    assert (run.parents[1] / "copy/start.pickle").exists()
-    copies = [gaitsim("show", name, "--fingerprint").stdout for name in ("from", "copy")]
-    assert copies[0] == copies[1]
-
-
 def test_a_run_that_is_being_written_is_copied_up_to_its_checkpoint(gaitsim, puppet, run):
     with RunWriter.open(run, generations=50) as writer:
         generations = writer.evolve(partial(evaluate, writer.experiment))
@@ -92,8 +80,6 @@ def test_a_run_that_is_being_written_is_copied_up_to_its_checkpoint(gaitsim, pup
     [
         (("nobody",), "there is no run 'nobody'"),
         (("puppet", "--set", "mutation.rat=1"), 'unknown key "rat"'),
-        (("puppet", "--set", "evolution.population=9"), "population size of a run cannot change"),
-        (("puppet", "--set", "fitness.price=0.5"), "no generation would be evolved"),
         (("puppet", "--generations", "3"), "is already at generation 5"),
         (("puppet", "--out", ".."), "it already exists"),
     ],

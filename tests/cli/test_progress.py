@@ -180,11 +180,6 @@ class TestLiveView:
         assert len(lines) < height
         assert max(map(len, lines)) <= width
 
-    def test_numbers_are_aligned(self, clock: Clock) -> None:
-        lines = drawn(view_at_work(clock, CLASSIC))
-        points = [[at for at, char in enumerate(line) if char == "."] for line in lines[7:15]]
-        assert all(columns == points[0] for columns in points)
-
     def test_a_narrow_terminal_shows_fewer_individuals(self, clock: Clock) -> None:
         assert drawn(view_at_work(clock, CLASSIC), 50)[6].split() == ["#1", "#2", "mean"]
         assert drawn(view_at_work(clock, CLASSIC), 36)[6].split() == ["#1", "mean"]
@@ -198,11 +193,6 @@ class TestLiveView:
 
     def test_numbers_are_never_truncated(self, clock: Clock) -> None:
         assert "−12345678901.000" in "".join(drawn(view_at_work(clock, {"depth": -12345678901.0})))
-
-    def test_shows_only_a_bar_before_the_first_generation(self, clock: Clock) -> None:
-        (line,) = drawn(LiveView(*known(), Console(file=io.StringIO()), clock))
-        assert line.startswith("spider ")
-        assert line.rstrip().endswith("0/300")
 
     def test_remaining_time_follows_the_recent_speed(self, clock: Clock) -> None:
         view = LiveView(*known(4000), Console(file=io.StringIO()), clock)
@@ -249,22 +239,10 @@ class TestLiveView:
         update(view, dataclasses.replace(generation(3), progress=progress), 20)
         assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
 
-    def test_curves_of_a_resumed_stage_begin_at_that_stage(self, clock: Clock) -> None:
-        course = {"best": [9.0, 0.5, 1.0], "mean": [8.0, 0, 1], "diversity": [1.0] * 3}
-        resumed = known(9, generation(3), 2, **course)
-        lines = drawn(LiveView(*resumed, Console(file=io.StringIO()), clock))
-        assert lines[1].split() == ["best", "1.000", "▁█"]
-        assert lines[3].split() == ["diversity", "1.000", "▁▁▁"]
-
     def test_stopping_is_shown_in_the_view(self, clock: Clock) -> None:
         view = view_at_work(clock)
         view.stopping()
         assert STOPPING in drawn(view)
-
-    def test_omits_the_terms_at_the_end(self, clock: Clock) -> None:
-        lines = ended(clock, lambda view: update(view, generation(300, stop="done")))
-        assert lines[0].endswith("300/300 in 0:01:00")
-        assert len(lines) == 5
 
     def test_keeps_the_terms_if_stopped(self, clock: Clock) -> None:
         lines = ended(clock, lambda view: (update(view, generation(7)), view.stopping()))

@@ -72,11 +72,6 @@ def test_comparisons_and_studies_report_progress_and_files(records, puppet_file,
     assert files_of(found) == ["studies/small/results.csv"]
 
 
-def test_plugin_checks_report_progress(records):
-    found = records("plugins", "check", "truncation", "--json")
-    assert [one["done"] for one in found["progress"]] == [0, 1]
-
-
 def test_an_error_is_split_into_its_parts(walk, records):
     [error] = records("video", "nowhere", code=2)["error"]
     assert "nowhere" in error["what"]

@@ -267,18 +267,6 @@ def test_a_run_whose_folder_is_deleted_ends_with_a_message(start, puppet_file, t
     assert "Traceback" not in stderr
 
 
-def test_finished_generations_are_kept(gaitsim, puppet_file):
-    gaitsim("run", puppet_file)
-    for generations, says in [
-        (0, "invalid evolution.generations: 0 ("),
-        (4, "is already at generation 5"),
-    ]:
-        done = gaitsim("resume", "puppet", "--generations", generations, code=2)
-        assert says in done.stderr
-    assert "5 generations are done" in gaitsim("resume", "puppet", "--generations", 5).stdout
-    assert "there is no run 'nobody'" in gaitsim("resume", "nobody", code=2).stderr
-
-
 def test_a_reader_that_closes_the_pipe_is_not_an_error(start, puppet_file):
     process = start("run", puppet_file, "--json", "--generations", 3000)
     assert strict(process.stdout.readline())["generation"] == 1

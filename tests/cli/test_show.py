@@ -115,15 +115,6 @@ def test_damaged_runs_are_listed_too(gaitsim, finished, unstarted, tmp_path, pup
     assert sorted(root.rglob("*")) == before
 
 
-def test_an_empty_folder_lists_no_runs(gaitsim, tmp_path):
-    (tmp_path / "empty").mkdir()
-    for arguments, root in [(("empty",), "empty"), ((), "runs"), (("runs/",), "runs")]:
-        assert f"No runs in {root}." in gaitsim("runs", *arguments).stdout
-        assert gaitsim("runs", *arguments, "--json").stdout == ""
-    (tmp_path / "file").touch()
-    assert "cannot list file: Not a directory" in gaitsim("runs", "file", code=2).stderr
-
-
 @pytest.mark.parametrize("more", [(), ("--json",), ("--delete", "puppet", "--yes")])
 def test_a_folder_that_cannot_hold_runs_is_rejected(gaitsim, finished, more):
     for root, says in [
@@ -183,12 +174,6 @@ def test_a_failed_command_is_one_message(gaitsim, finished, arguments):
     assert done.stdout == ""
 
 
-def test_a_plot_is_drawn(gaitsim, finished, tmp_path):
-    assert gaitsim("plot", "puppet").stdout == "runs/puppet/exports/fitness.png\n"
-    assert gaitsim("plot", "puppet", "--out", "a.svg").stdout == "a.svg\n"
-    assert (tmp_path / "a.svg").read_text().startswith("<?xml")
-
-
 def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, tmp_path):
     source = (
         "import numpy as np\nfrom gaitsim.contracts import Measure\nfrom gaitsim_puppets import "
@@ -200,3 +185,12 @@ def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, tmp_p
     shown = strict(gaitsim("show", "odd-run", "--json").stdout)
     assert shown["champion"]["measures"] == {"a": None, "b": None}
     assert "[red]" in gaitsim("show", "odd-run").stdout
+
+
+def test_an_empty_folder_lists_no_runs(gaitsim, tmp_path):
+    (tmp_path / "empty").mkdir()
+    for arguments, root in [(("empty",), "empty"), ((), "runs"), (("runs/",), "runs")]:
+        assert f"No runs in {root}." in gaitsim("runs", *arguments).stdout
+        assert gaitsim("runs", *arguments, "--json").stdout == ""
+    (tmp_path / "file").touch()
+    assert "cannot list file: Not a directory" in gaitsim("runs", "file", code=2).stderr

@@ -188,11 +188,3 @@ def test_periodic_genes_are_mixed_the_shorter_way_round(crossover):
     # 3 and −3 rad are 0.28 apart through π, and 6 apart through 0.
     assert np.mean(turn[:, 0] > 2.7) > 0.99
     assert turn[:, 1].min() < 1
-
-
-@pytest.mark.parametrize("children", [1, 2])
-def test_no_crossover_copies(children):
-    space = _reals(3)
-    mothers, fathers = space.random(8, np.random.default_rng(8)).reshape(2, 4, 3)
-    copies = NoCrossover(children=children).cross(mothers, fathers, space, np.random.default_rng(9))
-    np.testing.assert_array_equal(copies, np.concatenate((mothers, fathers))[: 4 * children])

@@ -60,14 +60,6 @@ def test_duplicate_joint_names_are_made_unique(tmp_path):
     assert "joint 'FL_hip' renamed to 'FL_hip 2'" in repairs
 
 
-def test_joint_names_that_look_like_formulas_are_changed(tmp_path):
-    package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
-    file = package / "urdf" / "dog.urdf"
-    file.write_text(file.read_text().replace('"FR_hip"', '"=@cmd|calc"'))
-    _, repairs, _ = read(file)
-    assert "joint '=@cmd|calc' renamed to 'cmd|calc'" in repairs
-
-
 def test_a_footprint_does_not_change_the_frame_of_the_trunk(tmp_path):
     package = shutil.copytree(DOG.parents[1], tmp_path / "dog_description")
     file = package / "urdf" / "dog.urdf"

@@ -96,16 +96,6 @@ def test_unknown_quantities_are_not_penalised():
     assert terms["torque"] == terms["energy"] == 0
 
 
-def test_without_weights_the_score_is_the_distance():
-    weights = {name: 0.0 for name in TravelFitness.model_fields if name.endswith("weight")}
-    rough = np.random.default_rng(0).normal(size=(FRAMES, 4))
-    changed = {"joint_positions": rough, "torque": rough**2, "slip": TIME, "energy": TIME}
-    terms = TravelFitness(**weights).terms(
-        motion(torso=straight(2.0, 1.0), **changed, orientation=YAW)
-    )
-    assert sum(float(values[0]) for values in terms.values()) == pytest.approx(2.0)
-
-
 def test_the_terms_of_an_individual_do_not_depend_on_the_population():
     rng = np.random.default_rng(0)
     shapes = {name: values.shape[1:] for name, values in motion().items()}

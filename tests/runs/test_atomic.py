@@ -107,28 +107,6 @@ def test_a_failed_write_leaves_everything_as_it_was(tmp_path, monkeypatch, step,
     assert names(tmp_path) == ["a"]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="needs RLIMIT_FSIZE")
-def test_a_write_that_stops_half_way_leaves_nothing_half_written(tmp_path):
-    (tmp_path / "a").write_bytes(OLD)
-    program = """
-import resource, sys
-from pathlib import Path
-from gaitsim.errors import RunError
-from gaitsim.runs.files.atomic import write_bytes
-resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))
-try:
-    write_bytes(Path(sys.argv[1]), bytes(1_000_000))
-except RunError as error:
-    print(error)
-"""
-    ran = subprocess.run(
-        [sys.executable, "-c", program, tmp_path / "a"], capture_output=True, check=True, text=True
-    )
-    assert "free some space" in ran.stdout
-    assert (tmp_path / "a").read_bytes() == OLD
-    assert names(tmp_path) == ["a"]
-
-
 def test_a_missing_folder_and_a_file_for_a_folder_are_named(tmp_path):
     (tmp_path / "file").touch()
     with pytest.raises(RunError) as error:

@@ -125,27 +125,6 @@ def test_equal_checkpoints_have_equal_bytes(checkpoint):
     assert pack(other) == pack(checkpoint(genomes=genomes))
 
 
-def test_a_checkpoint_opens_in_plain_python_and_numpy(checkpoint, champion):
-    opened = content(checkpoint())
-    genomes = opened["genomes"]
-    array = np.frombuffer(genomes["bytes"], genomes["dtype"]).reshape(genomes["shape"])
-    assert np.array_equal(array, checkpoint().genomes)
-    assert opened["kind"] == "population"
-    assert opened["stages"] == []
-    assert content(champion())["kind"] == "champion"
-
-
-def test_a_large_population_is_read(tmp_path, checkpoint):
-    genomes = np.random.default_rng(0).normal(size=(1000, 5000))
-    scores = np.full(1000, -INF)
-    reasons = {str(index): "fell over" for index in range(1000)}
-    large = checkpoint(
-        genomes=genomes, scores=scores, terms={"speed": scores}, reasons=reasons, values={}
-    )
-    write_checkpoint(tmp_path / "a", large)
-    same(large, read_checkpoint(tmp_path / "a"))
-
-
 # Contents that are refused
 
 UNWRITABLE = {

@@ -54,18 +54,6 @@ def test_a_damaged_checkpoint_falls_back_and_is_kept(pair, checkpoint):
     assert len(names_in(path.parent)) == 4
 
 
-def test_a_missing_checkpoint_falls_back(pair):
-    path, previous = pair
-    path.unlink()
-    read, warning = read_with_fallback(path, previous)
-    assert read.generation == 7
-    assert warning == (
-        "cannot read population.pickle as a checkpoint: file not found; "
-        "population.previous.pickle of generation 7 is used instead"
-    )
-    assert names_in(path.parent) == {previous.name}
-
-
 def test_a_folder_in_place_of_the_checkpoint_is_renamed(pair, checkpoint):
     path, previous = pair
     path.unlink()

@@ -12,7 +12,6 @@ from run_helpers import names
 from gaitsim.errors import RunError
 from gaitsim.runs import compatibility
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.files import folder as folders
 from gaitsim.runs.files.folder import find_run, list_runs
 from gaitsim.runs.snapshot import RunSnapshot
 
@@ -123,10 +122,6 @@ def test_runs_are_listed_oldest_first(puppet):
     assert [path.name for path in list_runs(Path("runs"))] == ["puppet-2", "puppet", "puppet-3"]
     with pytest.raises(RunError, match="cannot list runs/file"):
         list_runs(Path("runs/file"))
-
-
-def test_commands_are_quoted_for_a_shell():
-    assert folders.command("resume", Path("my runs/a"), 3) == "gaitsim resume 'my runs/a' 3"
 
 
 def test_a_run_without_its_experiment_has_its_own_message(whole):

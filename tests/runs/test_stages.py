@@ -1,6 +1,5 @@
 """Stages: runs whose experiment changes."""
 
-import math
 import os
 import shutil
 from functools import partial
@@ -16,7 +15,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import with_overrides
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.checkpoint import read_champion, read_checkpoint, write_checkpoint
+from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
 from gaitsim.runs.files.history import COLUMNS, best_terms
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change
@@ -197,21 +196,6 @@ def test_a_changed_option_of_the_body_re_evaluates_the_population(plain):
     run = RunSnapshot(plain)
     assert run.first_comparable == 5
     assert run.history["evaluations"][-1] == 36
-
-
-def test_thresholds_of_a_stage_are_its_own(staged):
-    threshold, expected = 0.0, []
-    for number, best in enumerate(staged.history["best"], start=1):
-        threshold = 0.0 if number == 5 else threshold
-        if best > threshold:
-            expected.append(number)
-            threshold += 0.1 * math.ceil((best - threshold) / 0.1)
-    kept = [read_champion(file) for file in sorted((staged.path / "champions").iterdir())]
-    assert [champion.generation for champion in kept] == expected
-    assert 5 in expected
-    for champion in kept:
-        assert champion.experiment == staged.stage_at(champion.generation).experiment
-        assert champion.terms == best_terms(staged.history, champion.generation)
 
 
 # Stages are identical however they start and whatever happens

@@ -12,8 +12,6 @@ from gaitsim.contracts.search import Context, Results
 from gaitsim_searches.differential_evolution import (
     DifferentialEvolution,
     draw_scales,
-    gains,
-    lehmer_mean,
 )
 from gaitsim_searches.real import differences, halved_past_bounds
 
@@ -110,15 +108,6 @@ def test_scale_factors_are_cauchy_distributed_above_0_and_clipped_at_1():
     )
 
 
-def test_gains_of_failures_that_succeed_are_finite():
-    inf = np.inf
-    np.testing.assert_allclose(
-        gains(np.array([0, -inf, 1]), np.array([2.0, 5, 2])), [0.4, 0.4, 0.2]
-    )
-    np.testing.assert_allclose(gains(np.full(2, -inf), np.zeros(2)), [0.5, 0.5])
-    assert lehmer_mean(np.array([0.3]), np.array([1.0])) == pytest.approx(0.3)
-
-
 def test_a_trial_moves_towards_one_of_the_best_and_along_a_difference_of_others():
     # With CR = 1 and known F, each trial must be one of a few possible sums.
     search = DifferentialEvolution(greediness=0.01)
@@ -142,21 +131,6 @@ def test_a_trial_moves_towards_one_of_the_best_and_along_a_difference_of_others(
                 if len({number, one, position}) == 3
             ]
             assert np.isclose(trial, possible, atol=1e-12).all(axis=1).any()
-
-
-@pytest.mark.parametrize("start", [None, np.array([4.0, -4.0])], ids=["random", "warm"])
-def test_a_saved_state_continues_bit_for_bit(start):
-    whole = list(islice(generations(SEARCH, box(2), sphere, 8, start=start), 260))
-    restart = [int(state["restarts"]) for state, _ in whole].index(1)
-    for stopped in (1, 30, restart, restart + 1):
-        state, last = whole[stopped - 1]
-        rest = generations(
-            SEARCH, box(2), sphere, 8, start=start, after=(stopped, saved(state), last)
-        )
-        for (there, results), (here, expected) in zip(rest, whole[stopped:], strict=False):
-            np.testing.assert_array_equal(results.genomes, expected.genomes)
-            assert there.keys() == here.keys()
-            assert all(np.array_equal(there[name], here[name]) for name in here)
 
 
 def test_genomes_approach_a_bound_without_crossing_it():
@@ -212,15 +186,6 @@ def test_failed_individuals_never_replace_others():
     state = [state for state, _ in islice(failing, 10)][-1]
     assert state["restarts"] >= 1
     assert all(np.isfinite(array).all() for name, array in state.items() if name != "scores")
-
-
-def test_without_restarts_a_converged_population_continues():
-    search = DifferentialEvolution(restarts=False)
-    *_, (state, results) = islice(generations(search, box(2), sphere, 8), 300)
-
-    assert state["restarts"] == 0
-    assert box(2).contains(results.genomes)
-    assert np.isfinite(list(search.figures(state).values())).all()
 
 
 def test_rescored_states_and_mismatches():

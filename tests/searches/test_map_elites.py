@@ -73,30 +73,6 @@ def test_bits_fill_every_cell(variation):
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_a_saved_state_continues_bit_for_bit(variation, tmp_path):
-    search = MapElites(axes=AXES, cells=50, variation=variation, threshold=-4.0)
-    whole = _evolve(search, 9)
-    half = _evolve(search, 4)
-    np.savez(tmp_path / "state.npz", **half)
-    read = dict(np.load(tmp_path / "state.npz"))
-    assert search.mismatch(read, _context(5)) == ""
-    continued = _evolve(MapElites(**search.model_dump()), 5, state=read, first=5)
-    assert continued.keys() == whole.keys() == search.initial(_context(0)).keys()
-    for name, array in search.initial(_context(0)).items():
-        np.testing.assert_array_equal(continued[name], whole[name])
-        assert continued[name].dtype == array.dtype, name
-
-
-@pytest.mark.parametrize("variation", VARIATIONS)
-def test_tell_does_not_modify_the_previous_state(variation):
-    search = MapElites(axes=AXES, cells=(5, 5), variation=variation, threshold=-4.0)
-    state = _evolve(search, 3)
-    for array in state.values():
-        array.flags.writeable = False
-    _evolve(search, 2, state=state, first=4)
-
-
-@pytest.mark.parametrize("variation", VARIATIONS)
 def test_failed_individuals_and_unknown_values_do_not_enter(variation):
     def failing(genomes):
         results = _reach(genomes)
@@ -204,15 +180,6 @@ def test_a_state_with_inconsistent_arrays_is_refused(name):
     if name not in {"cells", "genomes"}:
         unknown = {**state, name: np.full_like(state[name], np.nan)}
         assert "inconsistent arrays" in search.mismatch(unknown, _context(4))
-
-
-def test_centroids_that_do_not_fit_the_axes_are_refused():
-    search = MapElites(axes=AXES, cells=20)
-    state = search.initial(_context(0))
-    for centroids in (state["centroids"][:, :1], state["centroids"] * np.nan):
-        assert "inconsistent arrays" in search.mismatch(
-            {**state, "centroids": centroids}, _context(1)
-        )
 
 
 @pytest.mark.parametrize(

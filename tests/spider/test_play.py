@@ -41,20 +41,6 @@ def test_a_joint_turns_at_most_five_degrees_per_frame():
     assert played == pytest.approx(np.array([0, 1, 2, 3, 2.5]) * STEP, abs=1e-6)
 
 
-def test_individuals_are_played_independently():
-    given = np.random.default_rng(0).uniform(-1, 1, (3, 40, 24))
-    together, alone = Spider().play(given), Spider().play(given[1:2])
-    for channel in ("joint_angles", "pose", "margin"):
-        assert np.array_equal(together[channel][1:2], alone[channel])
-
-
-@pytest.mark.parametrize("frames", [2, 17, 900])
-def test_any_number_of_frames_can_be_played(frames):
-    played = Spider().play(np.zeros((1, frames, 24)))
-    assert played["pose"].shape == (1, frames, 3)
-    assert Spider().skeleton(played, 0).segments.shape[0] == frames
-
-
 @pytest.mark.parametrize("shape", [(300, 24), (1, 1, 24), (1, 300, 23)])
 def test_other_shapes_are_refused(shape):
     with pytest.raises(ValueError, match=r"expected \(population, frames, joints\)"):

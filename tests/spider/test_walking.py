@@ -266,16 +266,6 @@ def test_the_skeleton_stands_on_the_ground_and_moves_with_the_body() -> None:
     np.testing.assert_allclose(outline, motion["pose"][1, :, :2], atol=1e-6)
 
 
-@pytest.mark.parametrize("channel", Spider.channels)
-def test_channels_have_the_declared_axes(channel: str) -> None:
-    spider = Spider()
-    motion = spider.move(spider.genome_space().random(3, np.random.default_rng(10)))
-    lengths = {"frames": 300, "joints": 24, "feet": 8}
-    axes = Spider.channels[channel].axes
-    shape = tuple(lengths[axis] if isinstance(axis, str) else len(axis) for axis in axes)
-    assert motion[channel].shape == (3, *shape)
-
-
 def test_at_least_three_feet_stand_whichever_four_are_lifted() -> None:
     for lifted in itertools.combinations(range(8), 4):
         feet = np.repeat(FEET[None], 2, axis=0)

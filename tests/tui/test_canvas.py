@@ -16,7 +16,7 @@ from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.body import MIN_ZOOM, NAMED, Viewpoint, camera
-from gaitsim.render.terminal.braille import SPACE, cells, draw_lines, draw_points, empty, ink_runs
+from gaitsim.render.terminal.braille import cells, draw_lines, draw_points, empty
 from gaitsim.tui.widgets.canvas import BodyCanvas
 
 
@@ -80,11 +80,6 @@ class TestDots:
             draw_points(dots, np.array([place], dtype=float), 1)
             assert text(cells(dots)[0]) == [sign]
 
-    def test_a_cell_without_dots_is_a_space(self):
-        codes, inks = cells(empty(3, 2))
-        assert (codes == SPACE).all()
-        assert not inks.any()
-
     def test_a_line_has_a_dot_in_each_column_and_at_both_ends(self):
         dots = empty(10, 5)
         draw_lines(dots, np.array([[[2.0, 3.0], [17.0, 9.0]]]), np.array([1]))
@@ -103,11 +98,6 @@ class TestDots:
             away = np.array(place) - one
             off = abs(along[0] * away[1] - along[1] * away[0]) / length if length else 0.0
             assert off <= 0.75
-
-    def test_a_long_line_is_clipped(self):
-        dots = empty(4, 2)
-        draw_lines(dots, np.array([[[-1e9, 4.0], [1e9, 4.0]]]), np.array([1]))
-        assert lit(dots) == {(x, 4) for x in range(8)}
 
     @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
     def test_a_line_that_is_not_finite_is_omitted(self, bad):
@@ -129,23 +119,11 @@ class TestDots:
         assert (text(codes), inks.tolist()) == (["⠁"], [[5]])
         assert text(cells(dots)[0]) == ["⠉"]
 
-    def test_runs_add_spaces_to_the_text_before_them(self):
-        codes = np.array([ord(sign) for sign in " ab⠁ ● x "], dtype=np.uint32)
-        inks = np.array([0, 0, 0, 1, 0, 1, 0, 2, 0], dtype=np.uint8)
-        assert ink_runs(codes, inks) == [(" ab", 0), ("⠁ ● ", 1), ("x ", 2)]
-        assert ink_runs(codes[:0], inks[:0]) == []
-
 
 class TestView:
     def test_the_camera_stays_above_the_ground(self):
         assert Viewpoint().turned(0, -1000).elevation == 0
         assert Viewpoint().turned(0, 1000).elevation == 90
-
-    def test_zoom_has_limits(self):
-        view = Viewpoint()
-        for _ in range(100):
-            view = view.zoomed(2)
-        assert view.zoom == 16
 
     def test_the_named_views_form_a_cycle(self):
         view, names = Viewpoint(), []
