@@ -24,7 +24,7 @@ from gaitsim.experiment.loading import check_functions_match, python_experiment,
 from gaitsim.gait.changed import with_world
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member
-from gaitsim.live.process import check_detached, start_detached, stop
+from gaitsim.live.process import detach, stop
 from gaitsim.registry.python_plugins import python_options
 from gaitsim.render.notebook import RunViews, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -417,8 +417,7 @@ class Run(RunViews, RunAdaptations, ReprMixin):
             ExperimentError: the options have problems.
             GaitsimError: the run is already evolving, or cannot be evolved in the background.
         """
-        check_detached(self.path, overrides=set, generations=generations)
-        start_detached(self.path, overrides=set, generations=generations, workers=workers)
+        detach(self.path, overrides=set, generations=generations, workers=workers)
 
     def stop(self, timeout: float | None = None) -> bool:
         """Save and stop the run after its current generation.

@@ -83,7 +83,8 @@ def atlas(
         loaded = load_atlas(body, axes=ends, cells=count, set=given)
     start = starting_individual(loaded, from_)
     with chosen_place(dask, workers, detach=detach) as place:
-        evolve_run(RunSnapshot(create_run(loaded, out, start)), place, workers=workers, json=json)
+        created = RunSnapshot(create_run(loaded, out, start))
+        evolve_run(created, place, workers=workers, json=json)
 
 
 def parse_axes(text: str | None) -> dict[str, tuple[float, float] | None] | None:

@@ -24,7 +24,7 @@ from gaitsim.console.streams import results
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
-from gaitsim.live.process import RunProcess, background_state, check_detached, send, start_detached
+from gaitsim.live.process import RunProcess, background_state, detach, send
 from gaitsim.live.protocol import Command, Snapshot, snapshot_of
 from gaitsim.live.slots import slot_count
 from gaitsim.live.watcher import RunWatcher
@@ -186,8 +186,7 @@ def _evolve_in_background(
         send(path, Command("go"))
         state: str | None = "running"
     else:
-        check_detached(path, **options)
-        start_detached(path, workers=workers, **options)
+        detach(path, workers=workers, **options)
         end = time.monotonic() + FIRST_MOMENTS
         while (state := background_state(path)) == "preparing" and time.monotonic() < end:
             time.sleep(PERIOD)

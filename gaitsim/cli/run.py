@@ -95,4 +95,5 @@ def run(
         )
     start = starting_individual(loaded, challenge or from_)
     with chosen_place(dask, workers, detach=detach) as place:
-        evolve_run(RunSnapshot(create_run(loaded, out, start)), place, workers=workers, json=json)
+        created = RunSnapshot(create_run(loaded, out, start))
+        evolve_run(created, place, workers=workers, json=json)

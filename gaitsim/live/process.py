@@ -46,8 +46,8 @@ def background_state(run: Path) -> State | None:
     return found.state if found else None
 
 
-def check_detached(run: Path, **options: Unpack[ResumeOptions]) -> None:
-    """Check that a run can continue, before it is queued."""
+def detach(run: Path, *, workers: int | None = None, **options: Unpack[ResumeOptions]) -> None:
+    """Check that a run can continue, then evolve it in the background."""
     RunLock(run).release()
     plan = plan_resume(RunSnapshot(run, keep_damaged=True), **options)
     for entry in plan.experiment.outside:
@@ -56,6 +56,7 @@ def check_detached(run: Path, **options: Unpack[ResumeOptions]) -> None:
             where=entry.target,
             remedy="continue the run in this process: run.resume()",
         )
+    start_detached(run, workers=workers, **options)
 
 
 def start_detached(
