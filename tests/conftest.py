@@ -383,12 +383,7 @@ class Shaped(Puppet):
 def climb(puppets, install, monkeypatch):
     """Install a second fitness for puppets and a puppet with options; return the folder."""
     folder = install(
-        "climb",
-        CLIMB,
-        {
-            "fitness": {"puppet-climb": "Climb"},
-            "organism": {"shaped": "Shaped"},
-        },
+        "climb", CLIMB, {"fitness": {"puppet-climb": "Climb"}, "organism": {"shaped": "Shaped"}}
     )
     paths = os.pathsep.join(filter(None, [str(folder), os.environ.get("PYTHONPATH")]))
     monkeypatch.setenv("PYTHONPATH", paths)

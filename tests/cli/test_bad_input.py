@@ -70,8 +70,7 @@ def test_an_unknown_experiment_is_reported_with_a_suggestion(error_of, command):
 
 
 @pytest.mark.parametrize(
-    "text",
-    [b"", b"name = '\xe9'", b"a =", b"a = " + b"[" * 5000, b"'\\e[31m' = 1\n'[bold]' = 2\n"],
+    "text", [b"", b"name = '\xe9'", b"a =", b"a = " + b"[" * 5000, b"'\\e[31m' = 1\n'[bold]' = 2\n"]
 )
 @pytest.mark.parametrize("command", ["run", "experiments show"])
 def test_an_invalid_file_is_rejected(error_of, command, text):

@@ -67,11 +67,7 @@ def test_generations_and_components_are_chosen(gaitsim, finished, tmp_path):
 
 
 def test_a_body_of_one_frame_has_plots_of_scores(gaitsim, install, working, puppet_file):
-    install(
-        "still",
-        working,
-        {"organism": {"body": "Body"}, "fitness": {"far": "Distance"}},
-    )
+    install("still", working, {"organism": {"body": "Body"}, "fitness": {"far": "Distance"}})
     gaitsim(
         *("run", puppet_file, "--set", "organism.plugin=body"),
         *("--set", "fitness.plugin=far", "--out", "flights"),

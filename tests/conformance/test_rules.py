@@ -42,6 +42,15 @@ def examined(install, working):
     return run
 
 
+def cases(table):
+    """Return the cases of a table: kind -> name -> body, rule and actual value."""
+    return [
+        pytest.param(kind, *case, id=name)
+        for kind, named in table.items()
+        for name, case in named.items()
+    ]
+
+
 @pytest.mark.parametrize("kind", NAMES)
 def test_a_correct_plugin_passes(examined, kind):
     report = examined(kind)
@@ -103,444 +112,351 @@ def conditions(self):
 """
 
 ERRORS = {
-    "conditions without the option": ("organism", WINDS, "worlds", "none"),
-    "a nominal world that is another": (
-        "organism",
-        WINDS + "world: dict[str, float] = option({}, 'a world')\n"
-        "def move(self, genomes):\n"
-        "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
-        "worlds",
-        "a different motion",
-    ),
-    "genes that go with a leg": (
-        "organism",
-        LEGS + "def genome_space(self):\n"
-        "    n = 2 - len(self.damage)\n"
-        "    return RealSpace(-np.ones(n), np.ones(n), ('a', 'b')[:n])",
-        "damage",
-        "a different space",
-    ),
-    "a channel that goes with a leg": (
-        "organism",
-        LEGS + "def move(self, genomes):\n"
-        "    shape = (len(genomes), 2 - len(self.damage))\n"
-        "    return Motion(1.0, {'distance': genomes[:, 0], 'feet': np.zeros(shape)})",
-        "damage",
-        "shape (6, 1)",
-    ),
-    "labels twice": (
-        "organism",
-        "def genome_space(self):\n    return RealSpace(-np.ones(2), np.ones(2), ('a', 'a'))",
-        "genome space",
-        "2 genes, 1 labels",
-    ),
-    "no genes": (
-        "organism",
-        "def genome_space(self):\n    return BitSpace(())",
-        "genome space",
-        "0 genes",
-    ),
-    "a repair that goes on": (
-        "organism",
-        "def genome_space(self):\n    return BitSpace(('a', 'b'), lambda g: 1 - g)",
-        "genome space",
-        "",
-    ),
-    "no motion": ("organism", "def move(self, genomes):\n    return {}", "motion", "a dict"),
-    "no frame rate": (
-        "organism",
-        "def move(self, genomes):\n    return Motion(0, {'distance': genomes[:, 0]})",
-        "motion",
-        "0",
-    ),
-    "a channel missing": (
-        "organism",
-        "channels: ClassVar = {**Body.channels, 'height': Channel((), 'm', '')}",
-        "channels",
-        "height missing",
-    ),
-    "a list": ("organism", MOVES % "list(genomes[:, 0])", "channels", "a list"),
-    "complex": ("organism", MOVES % "genomes[:, 0] + 0j", "channels", "complex128"),
-    "time first": ("organism", MOVES % "genomes.T", "shapes", "(3, 6)"),
-    "another axis than declared": ("organism", MOVES % "genomes", "shapes", "(6, 3)"),
-    "another length than declared": (
-        "organism",
-        "channels: ClassVar = {'distance': Channel((('x', 'y'),), 'm', '')}\n" + MOVES % "genomes",
-        "shapes",
-        "(6, 3)",
-    ),
-    "two lengths of one axis": (
-        "organism",
-        "channels: ClassVar = dict.fromkeys(['distance', 'rise'], Channel(('frames',), 'm', ''))\n"
-        "def move(self, genomes):\n"
-        "    return Motion(1.0, {'distance': genomes, 'rise': genomes[:, 1:]})",
-        "shapes",
-        "2",
-    ),
-    "NaN": (
-        "organism",
-        MOVES % "np.log(np.abs(genomes[:, 0]) - 2)",
-        "finite values",
-        "1 non-finite values",
-    ),
-    "all failed": (
-        "organism",
-        "def move(self, genomes):\n    return Motion(1.0, {'distance': genomes[:, 0]}, None,"
-        " {i: 'fell' for i in range(len(genomes))})",
-        "failures",
-        "fell",
-    ),
-    "joints without names": (
-        "organism",
-        "channels: ClassVar = {'joint_angles': Channel(('frames', 'joints'), 'rad', '')}\n"
-        "def move(self, genomes):\n"
-        "    return Motion(1.0, {'joint_angles': genomes[:, None], 'distance': genomes[:, 0]})",
-        "shapes",
-        "3",
-    ),
-    "changed genomes": (
-        "organism",
-        "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes - 1)",
-        "inputs",
-        "move() changes them",
-    ),
-    "memory": (
-        "organism",
-        "def move(self, genomes):\n    calls.append(1)\n"
-        "    return Motion(1.0, {'distance': genomes[:, 0] + len(calls)})",
-        "determinism",
-        "distance differs",
-    ),
-    "the population's mean": (
-        "organism",
-        MOVES % "genomes[:, 0] - genomes.mean()",
-        "chunks",
-        "distance differs when individuals move",
-    ),
-    "the neighbour": (
-        "organism",
-        MOVES % "np.roll(genomes[:, 0], 1)",
-        "chunks",
-        "in reverse order",
-    ),
-    "other threads": (
-        "organism",
-        "threads: ClassVar = True\n"
-        + MOVES % "genomes[:, 0] + (threading.current_thread() is not threading.main_thread())",
-        "threads",
-        "distance differs",
-    ),
-    "played angles that are changed": (
-        "organism",
-        JOINTS + "    joint_angles *= 0\n    return self.move(joint_angles[:, 0])",
-        "play",
-        "play() changes them",
-    ),
-    "nothing played": ("organism", JOINTS + "    return None", "play", "a NoneType"),
-    "a drawing of nothing": (
-        "organism",
-        "def skeleton(self, motion, individual):\n"
-        "    return Skeleton(np.zeros((0, 1, 2, 3)), ('point',), 1.0)",
-        "skeleton",
-        "0 frames",
-    ),
-    "a drawing that does not fit": (
-        "organism",
-        "def skeleton(self, motion, individual):\n"
-        "    return Skeleton(np.zeros((1, 2, 2, 3)), ('point',), 1.0)",
-        "skeleton",
-        "Skeleton.segments has shape (1, 2, 2, 3)",
-    ),
-    "a solid that is not turned": (
-        "organism",
-        "def skeleton(self, motion, individual):\n"
-        "    solids = (Solid('ball', 'sphere', (0.1,)),)\n"
-        "    return Skeleton(np.zeros((1, 1, 2, 3)), ('point',), 1.0,\n"
-        "                    solids=solids, poses=np.zeros((1, 1, 7)))",
-        "skeleton",
-        "a quaternion of length 0",
-    ),
-    "a solid of no shape": (
-        "organism",
-        "def skeleton(self, motion, individual):\n    return Solid('ball', 'torus', (0.1,))",
-        "skeleton",
-        "expected one of box, sphere",
-    ),
-    "no drawing": (
-        "organism",
-        "def skeleton(self, motion, individual):\n    return None",
-        "skeleton",
-        "a NoneType",
-    ),
-    "a rig that is not a tree": (
-        "organism",
-        RIG % ("(Link('trunk', 'trunk'),)", "('point',)", 0.0),
-        "rig",
-        "the parent 'trunk'",
-    ),
-    "a rig of other segments": (
-        "organism",
-        RIG % ("(Link('trunk'),)", "('line',)", 0.0),
-        "rig",
-        "line",
-    ),
-    "a rig of longer segments": (
-        "organism",
-        RIG % ("(Link('trunk'),)", "('point',)", 1.0),
-        "rig",
-        "1 m",
-    ),
-    "no rig": ("organism", "def rig(self):\n    return ()", "rig", "a tuple"),
-    "one measure for all": (
-        "organism",
-        "def measures(self, motion):\n"
-        "    return {'far': Measure(motion['distance'].mean(), 'm', 'how far')}",
-        "measures",
-        "shape ()",
-    ),
-    "global randomness": (
-        "organism",
-        "def genome_space(self):\n    random.random()\n    return super().genome_space()",
-        "randomness",
-        "",
-    ),
-    "an exception": ("organism", MOVES % "1 / 0", "failure", "ZeroDivisionError"),
-    "an exit": ("organism", MOVES % "exit(0)", "failure", "SystemExit"),
-    "no default": ("organism", "legs: int = option(..., 'legs', ge=1)", "options", "legs has none"),
-    "no help": ("organism", "legs: int = option(4, '', ge=1)", "options", "legs has none"),
-    "a default out of bounds": (
-        "organism",
-        "legs: int = option(4, 'legs', ge=6)",
-        "options",
-        "legs = 4",
-    ),
-    "an option that no file holds": (
-        "organism",
-        "sizes: dict = option({1: 2}, 'sizes by number')",
-        "options",
-        "",
-    ),
-    "no terms": ("fitness", TERMS % "{}", "terms", "{}"),
-    "one term for all": (
-        "fitness",
-        TERMS % "{'d': motion['distance'].mean()}",
-        "shapes",
-        "shape ()",
-    ),
-    "a channel that is not told": (
-        "fitness",
-        "needs: ClassVar = ()\n" + TERMS % "{'d': motion['distance']}",
-        "needs",
-        "reads distance",
-    ),
-    "a rank": (
-        "fitness",
-        TERMS % "{'d': motion['distance'] - motion['distance'].max()}",
-        "chunks",
-        "chunk of 1",
-    ),
-    "a changed motion": (
-        "fitness",
-        "def terms(self, motion):\n    d = motion['distance']\n    d *= 2\n    return {'d': d}",
-        "inputs",
-        "channel distance",
-    ),
-    "a fitness with memory": (
-        "fitness",
-        "def terms(self, motion):\n    calls.append(1)\n"
-        "    return {'d': motion['distance'] + len(calls)}",
-        "determinism",
-        "d differs",
-    ),
-    "other terms each time": (
-        "fitness",
-        TERMS % "{str(len(motion['distance'])): motion['distance']}",
-        "chunks",
-        "",
-    ),
-    "a state of lists": (
-        "search",
-        TELL % "return {'best': told['best'].tolist()}",
-        "state",
-        "best: a list",
-    ),
-    "a state of small floats": (
-        "search",
-        TELL % "return {'best': told['best'].astype('f4')}",
-        "state",
-        "best: float32",
-    ),
-    "a state that gets more": (
-        "search",
-        TELL % "return {**told, 'score': np.array(1.0)}",
-        "state",
-        "score: changed after tell()",
-    ),
-    "a state that is changed": (
-        "search",
-        TELL % "state['best'][...] = 0; return told",
-        "inputs",
-        "tell() changes them",
-    ),
-    "sorted scores of a generation": (
-        "search",
-        TELL % "results.scores.sort(); return told",
-        "inputs",
-        "tell() changes them",
-    ),
-    "too few genomes": ("search", ASK % "return context.random(3), state", "shapes", "(3, 5)"),
-    "genomes alone": ("search", ASK % "return context.random(12)", "ask", "a ndarray"),
-    "genomes that are not repaired": (
-        "search",
-        ASK % "return context.random(context.population) + context.space.dtype.type(2), state",
-        "bounds",
-        "invalid genomes",
-    ),
-    "genomes lost where all fail": (
-        "search",
-        TELL % "return {'best': np.mean(results.genomes, 0, where=np.isfinite(results.scores)"
-        "[:, None], keepdims=True).astype(results.genomes.dtype)}",
-        "bounds",
-        "invalid genomes",
-    ),
-    "genomes by chance": (
-        "search",
-        ASK % "return context.space.random(context.population, np.random.default_rng()), state",
-        "determinism",
-        "different bits",
-    ),
-    "a search with a memory of its own": (
-        "search",
-        "_told: set = PrivateAttr(default_factory=set)\n"
-        + TELL % "self._told.add(context.generation); return told\n"
-        + ASK % "return np.roll(super().ask(state, last, context)[0], len(self._told), 0), state",
-        "resume",
-        "genomes: different after generation 1",
-    ),
-    "a refused state of its own": (
-        "search",
-        "def mismatch(self, state, context):\n    return 'too old'",
-        "mismatch",
-        "too old",
-    ),
-    "an objection of nothing": (
-        "search",
-        "def objection(self, space, population):\n    return None",
-        "objection",
-        "None",
-    ),
-    "a name that is read": ("search", "def reads(self):\n    return 'far'", "reads", "'far'"),
-    "figures that come and go": (
-        "search",
-        FIGURES % "{'best': 1.0} if state['best'].sum() > 0 else {}",
-        "figures",
-        "",
-    ),
-    "a figure that is none": ("search", FIGURES % "{'size': np.nan}", "figures", "size: nan"),
-    "members that are not kept": ("search", 'keeps: ClassVar = "front"', "members", "a NoneType"),
-    "members outside the space": (
-        "search",
-        MEMBERS % "best + np.uint8(9)",
-        "members",
-        "invalid genomes",
-    ),
-    "half of a member": ("search", MEMBERS % "best[:, :1]", "members", "invalid genomes"),
-    "an archive without cells": (
-        "search",
-        (MEMBERS % "best").replace("front", "archive"),
-        "members",
-        "None",
-    ),
-    "memories outside the space": (
-        "search",
-        "def remembered(self, state):\n    return state['best'] + np.uint8(9)",
-        "remembered",
-        "invalid genomes",
-    ),
-    "several populations with a state": (
-        "search",
-        "several: ClassVar = True\n"
-        + ASK
-        % "shape = (*context.populations, context.population, context.space.genes)\n"
-        "    return context.random(int(np.prod(shape[:-1]))).reshape(shape), state",
-        "several",
-        "best",
-    ),
-    "parents out of range": ("selection", PARENTS % f"return {PAIRS} + 50", "bounds", "50 to 50"),
-    "parents as floats": (
-        "selection",
-        PARENTS % "return np.zeros((pairs, 2))",
-        "dtypes",
-        "float64",
-    ),
-    "single parents": (
-        "selection",
-        PARENTS % "return np.zeros(pairs, np.intp)",
-        "shapes",
-        "shape (1,)",
-    ),
-    "parents by chance": (
-        "selection",
-        PARENTS % "return np.random.default_rng().integers(0, len(scores), (pairs, 2))",
-        "determinism",
-        "different",
-    ),
-    "sorted scores": (
-        "selection",
-        PARENTS % f"scores.sort(); return {PAIRS}",
-        "inputs",
-        "changes them",
-    ),
-    "others for several populations": (
-        "selection",
-        "def parents_each(self, scores, pairs, rng):\n"
-        "    return np.ones((len(scores), pairs, 2), np.intp)",
-        "parents_each",
-        "a different choice",
-    ),
-    "no objection": (
-        "selection",
-        "def objection(self, population, elites, children):\n    return None",
-        "objection",
-        "None",
-    ),
-    "too few children": ("crossover", CROSS % "return mothers[:1].copy()", "shapes", "(1, 5)"),
-    "the mothers themselves": ("crossover", CROSS % "return mothers", "inputs", "memory shared"),
-    "genes that are not numbers": (
-        "crossover",
-        CROSS % "return mothers * np.nan",
-        "finite values",
-        "",
-    ),
-    "children by chance": (
-        "crossover",
-        CROSS % "return mothers if random.random() < 0 else mothers + random.random()",
-        "determinism",
-        "",
-    ),
-    "integers": ("mutation", MUTATE % "return genomes.astype(int)", "dtypes", "int64"),
-    "changed parents": (
-        "mutation",
-        MUTATE % "genomes *= 2; return genomes.copy()",
-        "inputs",
-        "changes them",
-    ),
-    "genes that are not bits": (
-        "mutation",
-        MUTATE % "return genomes + genomes.dtype.type(3)",
-        "bounds",
-        "",
-    ),
-    "a schedule of nothing": (
-        "mutation",
-        "def at(self, generation):\n    return None",
-        "schedule",
-        "NoneType",
-    ),
+    "organism": {
+        "conditions without the option": (WINDS, "worlds", "none"),
+        "a nominal world that is another": (
+            WINDS + "world: dict[str, float] = option({}, 'a world')\n"
+            "def move(self, genomes):\n"
+            "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
+            "worlds",
+            "a different motion",
+        ),
+        "genes that go with a leg": (
+            LEGS + "def genome_space(self):\n"
+            "    n = 2 - len(self.damage)\n"
+            "    return RealSpace(-np.ones(n), np.ones(n), ('a', 'b')[:n])",
+            "damage",
+            "a different space",
+        ),
+        "a channel that goes with a leg": (
+            LEGS + "def move(self, genomes):\n"
+            "    shape = (len(genomes), 2 - len(self.damage))\n"
+            "    return Motion(1.0, {'distance': genomes[:, 0], 'feet': np.zeros(shape)})",
+            "damage",
+            "shape (6, 1)",
+        ),
+        "labels twice": (
+            "def genome_space(self):\n    return RealSpace(-np.ones(2), np.ones(2), ('a', 'a'))",
+            "genome space",
+            "2 genes, 1 labels",
+        ),
+        "no genes": ("def genome_space(self):\n    return BitSpace(())", "genome space", "0 genes"),
+        "a repair that goes on": (
+            "def genome_space(self):\n    return BitSpace(('a', 'b'), lambda g: 1 - g)",
+            "genome space",
+            "",
+        ),
+        "no motion": ("def move(self, genomes):\n    return {}", "motion", "a dict"),
+        "no frame rate": (
+            "def move(self, genomes):\n    return Motion(0, {'distance': genomes[:, 0]})",
+            "motion",
+            "0",
+        ),
+        "a channel missing": (
+            "channels: ClassVar = {**Body.channels, 'height': Channel((), 'm', '')}",
+            "channels",
+            "height missing",
+        ),
+        "a list": (MOVES % "list(genomes[:, 0])", "channels", "a list"),
+        "complex": (MOVES % "genomes[:, 0] + 0j", "channels", "complex128"),
+        "time first": (MOVES % "genomes.T", "shapes", "(3, 6)"),
+        "another axis than declared": (MOVES % "genomes", "shapes", "(6, 3)"),
+        "another length than declared": (
+            "channels: ClassVar = {'distance': Channel((('x', 'y'),), 'm', '')}\n"
+            + MOVES % "genomes",
+            "shapes",
+            "(6, 3)",
+        ),
+        "two lengths of one axis": (
+            "channels: ClassVar = dict.fromkeys(\n"
+            "    ['distance', 'rise'], Channel(('frames',), 'm', ''))\n"
+            "def move(self, genomes):\n"
+            "    return Motion(1.0, {'distance': genomes, 'rise': genomes[:, 1:]})",
+            "shapes",
+            "2",
+        ),
+        "NaN": (
+            MOVES % "np.log(np.abs(genomes[:, 0]) - 2)",
+            "finite values",
+            "1 non-finite values",
+        ),
+        "all failed": (
+            "def move(self, genomes):\n    return Motion(1.0, {'distance': genomes[:, 0]}, None,"
+            " {i: 'fell' for i in range(len(genomes))})",
+            "failures",
+            "fell",
+        ),
+        "joints without names": (
+            "channels: ClassVar = {'joint_angles': Channel(('frames', 'joints'), 'rad', '')}\n"
+            "def move(self, genomes):\n"
+            "    return Motion(1.0, {'joint_angles': genomes[:, None], 'distance': genomes[:, 0]})",
+            "shapes",
+            "3",
+        ),
+        "changed genomes": (
+            "def move(self, genomes):\n    genomes += 1\n    return super().move(genomes - 1)",
+            "inputs",
+            "move() changes them",
+        ),
+        "memory": (
+            "def move(self, genomes):\n    calls.append(1)\n"
+            "    return Motion(1.0, {'distance': genomes[:, 0] + len(calls)})",
+            "determinism",
+            "distance differs",
+        ),
+        "the population's mean": (
+            MOVES % "genomes[:, 0] - genomes.mean()",
+            "chunks",
+            "distance differs when individuals move",
+        ),
+        "the neighbour": (MOVES % "np.roll(genomes[:, 0], 1)", "chunks", "in reverse order"),
+        "other threads": (
+            "threads: ClassVar = True\n"
+            + MOVES % "genomes[:, 0] + (threading.current_thread() is not threading.main_thread())",
+            "threads",
+            "distance differs",
+        ),
+        "played angles that are changed": (
+            JOINTS + "    joint_angles *= 0\n    return self.move(joint_angles[:, 0])",
+            "play",
+            "play() changes them",
+        ),
+        "nothing played": (JOINTS + "    return None", "play", "a NoneType"),
+        "a drawing of nothing": (
+            "def skeleton(self, motion, individual):\n"
+            "    return Skeleton(np.zeros((0, 1, 2, 3)), ('point',), 1.0)",
+            "skeleton",
+            "0 frames",
+        ),
+        "a drawing that does not fit": (
+            "def skeleton(self, motion, individual):\n"
+            "    return Skeleton(np.zeros((1, 2, 2, 3)), ('point',), 1.0)",
+            "skeleton",
+            "Skeleton.segments has shape (1, 2, 2, 3)",
+        ),
+        "a solid that is not turned": (
+            "def skeleton(self, motion, individual):\n"
+            "    solids = (Solid('ball', 'sphere', (0.1,)),)\n"
+            "    return Skeleton(np.zeros((1, 1, 2, 3)), ('point',), 1.0,\n"
+            "                    solids=solids, poses=np.zeros((1, 1, 7)))",
+            "skeleton",
+            "a quaternion of length 0",
+        ),
+        "a solid of no shape": (
+            "def skeleton(self, motion, individual):\n    return Solid('ball', 'torus', (0.1,))",
+            "skeleton",
+            "expected one of box, sphere",
+        ),
+        "no drawing": (
+            "def skeleton(self, motion, individual):\n    return None",
+            "skeleton",
+            "a NoneType",
+        ),
+        "a rig that is not a tree": (
+            RIG % ("(Link('trunk', 'trunk'),)", "('point',)", 0.0),
+            "rig",
+            "the parent 'trunk'",
+        ),
+        "a rig of other segments": (RIG % ("(Link('trunk'),)", "('line',)", 0.0), "rig", "line"),
+        "a rig of longer segments": (RIG % ("(Link('trunk'),)", "('point',)", 1.0), "rig", "1 m"),
+        "no rig": ("def rig(self):\n    return ()", "rig", "a tuple"),
+        "one measure for all": (
+            "def measures(self, motion):\n"
+            "    return {'far': Measure(motion['distance'].mean(), 'm', 'how far')}",
+            "measures",
+            "shape ()",
+        ),
+        "global randomness": (
+            "def genome_space(self):\n    random.random()\n    return super().genome_space()",
+            "randomness",
+            "",
+        ),
+        "an exception": (MOVES % "1 / 0", "failure", "ZeroDivisionError"),
+        "an exit": (MOVES % "exit(0)", "failure", "SystemExit"),
+        "no default": ("legs: int = option(..., 'legs', ge=1)", "options", "legs has none"),
+        "no help": ("legs: int = option(4, '', ge=1)", "options", "legs has none"),
+        "a default out of bounds": ("legs: int = option(4, 'legs', ge=6)", "options", "legs = 4"),
+        "an option that no file holds": (
+            "sizes: dict = option({1: 2}, 'sizes by number')",
+            "options",
+            "",
+        ),
+    },
+    "fitness": {
+        "no terms": (TERMS % "{}", "terms", "{}"),
+        "one term for all": (TERMS % "{'d': motion['distance'].mean()}", "shapes", "shape ()"),
+        "a channel that is not told": (
+            "needs: ClassVar = ()\n" + TERMS % "{'d': motion['distance']}",
+            "needs",
+            "reads distance",
+        ),
+        "a rank": (
+            TERMS % "{'d': motion['distance'] - motion['distance'].max()}",
+            "chunks",
+            "chunk of 1",
+        ),
+        "a changed motion": (
+            "def terms(self, motion):\n    d = motion['distance']\n    d *= 2\n    return {'d': d}",
+            "inputs",
+            "channel distance",
+        ),
+        "a fitness with memory": (
+            "def terms(self, motion):\n    calls.append(1)\n"
+            "    return {'d': motion['distance'] + len(calls)}",
+            "determinism",
+            "d differs",
+        ),
+        "other terms each time": (
+            TERMS % "{str(len(motion['distance'])): motion['distance']}",
+            "chunks",
+            "",
+        ),
+    },
+    "search": {
+        "a state of lists": (
+            TELL % "return {'best': told['best'].tolist()}",
+            "state",
+            "best: a list",
+        ),
+        "a state of small floats": (
+            TELL % "return {'best': told['best'].astype('f4')}",
+            "state",
+            "best: float32",
+        ),
+        "a state that gets more": (
+            TELL % "return {**told, 'score': np.array(1.0)}",
+            "state",
+            "score: changed after tell()",
+        ),
+        "a state that is changed": (
+            TELL % "state['best'][...] = 0; return told",
+            "inputs",
+            "tell() changes them",
+        ),
+        "sorted scores of a generation": (
+            TELL % "results.scores.sort(); return told",
+            "inputs",
+            "tell() changes them",
+        ),
+        "too few genomes": (ASK % "return context.random(3), state", "shapes", "(3, 5)"),
+        "genomes alone": (ASK % "return context.random(12)", "ask", "a ndarray"),
+        "genomes that are not repaired": (
+            ASK % "return context.random(context.population) + context.space.dtype.type(2), state",
+            "bounds",
+            "invalid genomes",
+        ),
+        "genomes lost where all fail": (
+            TELL % "return {'best': np.mean(results.genomes, 0, where=np.isfinite(results.scores)"
+            "[:, None], keepdims=True).astype(results.genomes.dtype)}",
+            "bounds",
+            "invalid genomes",
+        ),
+        "genomes by chance": (
+            ASK % "return context.space.random(context.population, np.random.default_rng()), state",
+            "determinism",
+            "different bits",
+        ),
+        "a search with a memory of its own": (
+            "_told: set = PrivateAttr(default_factory=set)\n"
+            + TELL % "self._told.add(context.generation); return told\n"
+            + ASK
+            % "return np.roll(super().ask(state, last, context)[0], len(self._told), 0), state",
+            "resume",
+            "genomes: different after generation 1",
+        ),
+        "a refused state of its own": (
+            "def mismatch(self, state, context):\n    return 'too old'",
+            "mismatch",
+            "too old",
+        ),
+        "an objection of nothing": (
+            "def objection(self, space, population):\n    return None",
+            "objection",
+            "None",
+        ),
+        "a name that is read": ("def reads(self):\n    return 'far'", "reads", "'far'"),
+        "figures that come and go": (
+            FIGURES % "{'best': 1.0} if state['best'].sum() > 0 else {}",
+            "figures",
+            "",
+        ),
+        "a figure that is none": (FIGURES % "{'size': np.nan}", "figures", "size: nan"),
+        "members that are not kept": ('keeps: ClassVar = "front"', "members", "a NoneType"),
+        "members outside the space": (MEMBERS % "best + np.uint8(9)", "members", "invalid genomes"),
+        "half of a member": (MEMBERS % "best[:, :1]", "members", "invalid genomes"),
+        "an archive without cells": (
+            (MEMBERS % "best").replace("front", "archive"),
+            "members",
+            "None",
+        ),
+        "memories outside the space": (
+            "def remembered(self, state):\n    return state['best'] + np.uint8(9)",
+            "remembered",
+            "invalid genomes",
+        ),
+        "several populations with a state": (
+            "several: ClassVar = True\n"
+            + ASK
+            % "shape = (*context.populations, context.population, context.space.genes)\n"
+            "    return context.random(int(np.prod(shape[:-1]))).reshape(shape), state",
+            "several",
+            "best",
+        ),
+    },
+    "selection": {
+        "parents out of range": (PARENTS % f"return {PAIRS} + 50", "bounds", "50 to 50"),
+        "parents as floats": (PARENTS % "return np.zeros((pairs, 2))", "dtypes", "float64"),
+        "single parents": (PARENTS % "return np.zeros(pairs, np.intp)", "shapes", "shape (1,)"),
+        "parents by chance": (
+            PARENTS % "return np.random.default_rng().integers(0, len(scores), (pairs, 2))",
+            "determinism",
+            "different",
+        ),
+        "sorted scores": (PARENTS % f"scores.sort(); return {PAIRS}", "inputs", "changes them"),
+        "others for several populations": (
+            "def parents_each(self, scores, pairs, rng):\n"
+            "    return np.ones((len(scores), pairs, 2), np.intp)",
+            "parents_each",
+            "a different choice",
+        ),
+        "no objection": (
+            "def objection(self, population, elites, children):\n    return None",
+            "objection",
+            "None",
+        ),
+    },
+    "crossover": {
+        "too few children": (CROSS % "return mothers[:1].copy()", "shapes", "(1, 5)"),
+        "the mothers themselves": (CROSS % "return mothers", "inputs", "memory shared"),
+        "genes that are not numbers": (CROSS % "return mothers * np.nan", "finite values", ""),
+        "children by chance": (
+            CROSS % "return mothers if random.random() < 0 else mothers + random.random()",
+            "determinism",
+            "",
+        ),
+    },
+    "mutation": {
+        "integers": (MUTATE % "return genomes.astype(int)", "dtypes", "int64"),
+        "changed parents": (
+            MUTATE % "genomes *= 2; return genomes.copy()",
+            "inputs",
+            "changes them",
+        ),
+        "genes that are not bits": (
+            MUTATE % "return genomes + genomes.dtype.type(3)",
+            "bounds",
+            "",
+        ),
+        "a schedule of nothing": (
+            "def at(self, generation):\n    return None",
+            "schedule",
+            "NoneType",
+        ),
+    },
 }
 
 
-@pytest.mark.parametrize(("kind", "body", "rule", "actual"), ERRORS.values(), ids=ERRORS.keys())
+@pytest.mark.parametrize(("kind", "body", "rule", "actual"), cases(ERRORS))
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
 def test_each_violation_is_found(examined, kind, body, rule, actual):
     report = examined(kind, body)
@@ -553,43 +469,46 @@ def test_each_violation_is_found(examined, kind, body, rule, actual):
 
 
 ADVICE = {
-    "a number without bounds": ("organism", "legs: int = option(4, 'legs')", "options", "legs"),
-    "a channel that is not told": (
-        "organism",
-        "def move(self, genomes):\n"
-        "    return Motion(1.0, {'distance': genomes[:, 0], 'height': genomes[:, 1]})",
-        "channels",
-        "height not declared",
-    ),
-    "a channel that is not read": (
-        "fitness",
-        TERMS % "{'d': np.zeros(motion.population)}",
-        "needs",
-        "never reads distance",
-    ),
-    "channels of no body": ("fitness", "needs: ClassVar = ('wheels',)", "needs", "no such body"),
-    "a search that refuses its spaces": (
-        "search",
-        "def objection(self, space, population):\n    return 'too large' * (space.genes == 7)",
-        "objection",
-        "bits: too large",
-    ),
-    "never finite": (
-        "fitness",
-        TERMS % "{'d': motion['distance'] * np.nan}",
-        "finite values",
-        "no finite score",
-    ),
-    "the worst": (
-        "selection",
-        PARENTS % "return np.full((pairs, 2), np.argmin(scores), np.intp)",
-        "selection",
-        "",
-    ),
+    "organism": {
+        "a number without bounds": ("legs: int = option(4, 'legs')", "options", "legs"),
+        "a channel that is not told": (
+            "def move(self, genomes):\n"
+            "    return Motion(1.0, {'distance': genomes[:, 0], 'height': genomes[:, 1]})",
+            "channels",
+            "height not declared",
+        ),
+    },
+    "fitness": {
+        "a channel that is not read": (
+            TERMS % "{'d': np.zeros(motion.population)}",
+            "needs",
+            "never reads distance",
+        ),
+        "channels of no body": ("needs: ClassVar = ('wheels',)", "needs", "no such body"),
+        "never finite": (
+            TERMS % "{'d': motion['distance'] * np.nan}",
+            "finite values",
+            "no finite score",
+        ),
+    },
+    "search": {
+        "a search that refuses its spaces": (
+            "def objection(self, space, population):\n    return 'too large' * (space.genes == 7)",
+            "objection",
+            "bits: too large",
+        )
+    },
+    "selection": {
+        "the worst": (
+            PARENTS % "return np.full((pairs, 2), np.argmin(scores), np.intp)",
+            "selection",
+            "",
+        )
+    },
 }
 
 
-@pytest.mark.parametrize(("kind", "body", "rule", "actual"), ADVICE.values(), ids=ADVICE.keys())
+@pytest.mark.parametrize(("kind", "body", "rule", "actual"), cases(ADVICE))
 def test_advice_is_given(examined, kind, body, rule, actual):
     report = examined(kind, body)
     assert report.ok, report

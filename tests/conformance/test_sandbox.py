@@ -29,10 +29,7 @@ def test_after_a_timeout_the_next_plugins_are_examined(install, working):
 
 ENDS = {
     "on import": ("import ctypes\nctypes.CDLL(None)._exit(3)\n", "exit code 3"),
-    "killed": (
-        "import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n",
-        "killed by signal 9",
-    ),
+    "killed": ("import os, signal\nos.kill(os.getpid(), signal.SIGKILL)\n", "killed by signal 9"),
     "with last words": (
         "import os, sys\nprint('still out of legs', file=sys.stderr, flush=True)\nos.abort()\n",
         "killed by signal 6; still out of legs",

@@ -99,10 +99,7 @@ OWN = {
 
 
 def does_all(
-    path: Path,
-    folder: Path,
-    runs: Callable[[str], Path],
-    gaitsim: Callable[..., SimpleNamespace],
+    path: Path, folder: Path, runs: Callable[[str], Path], gaitsim: Callable[..., SimpleNamespace]
 ) -> None:
     """Do in a folder what a page or a `--help` says, and fail with all commands that fail."""
     quadruped = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"
@@ -140,10 +137,7 @@ def its_examples_exist(
 
 
 def reader_does(
-    step: Step,
-    folder: Path,
-    runs: Callable[[str], Path],
-    gaitsim: Callable[..., SimpleNamespace],
+    step: Step, folder: Path, runs: Callable[[str], Path], gaitsim: Callable[..., SimpleNamespace]
 ) -> None:
     """Do in a folder what a page says."""
     line, file = step

@@ -51,15 +51,10 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "page",
-    [page for page in PAGES if any(blocks(page.read_text()))],
-    ids=lambda page: page.name,
+    "page", [page for page in PAGES if any(blocks(page.read_text()))], ids=lambda page: page.name
 )
 def test_the_python_of_a_page_runs(
-    page: Path,
-    runs: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    page: Path, runs: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(runs)
     names: dict[str, object] = {"__name__": page.stem}

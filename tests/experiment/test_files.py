@@ -3,10 +3,7 @@
 import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import (
-    load_experiment,
-    with_overrides,
-)
+from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.registry import KINDS
 from gaitsim.registry.loading import read_preset
 

@@ -178,9 +178,7 @@ class Odd(Body):
 
 def odd(install, working, custom, parsed, **options):
     install(
-        "fake",
-        working + ODD_OPTIONS,
-        {"organism": {"odd": "Odd"}, "fitness": {"far": "Distance"}},
+        "fake", working + ODD_OPTIONS, {"organism": {"odd": "Odd"}, "fitness": {"far": "Distance"}}
     )
     text = custom(organism="odd", fitness="far")
     experiment = parsed(text=text)

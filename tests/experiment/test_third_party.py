@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 from breeding import breed
 
-from gaitsim.experiment import (
-    load_experiment,
-    parse_experiment,
-)
+from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import KINDS
 
 

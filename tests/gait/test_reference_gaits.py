@@ -99,9 +99,7 @@ def test_the_flip_flop_is_flagged(reference, played):
 @pytest.mark.slow
 @settings(max_examples=5)
 @given(
-    file=st.sampled_from(sorted(WALKS)),
-    shift=st.integers(0, 79),
-    order=st.permutations(range(8)),
+    file=st.sampled_from(sorted(WALKS)), shift=st.integers(0, 79), order=st.permutations(range(8))
 )
 def test_neither_the_start_nor_the_order_of_legs_changes_the_name(
     reference, played, file, shift, order

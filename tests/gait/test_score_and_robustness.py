@@ -10,12 +10,7 @@ from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.gait.gait_files import GaitFile, play_gait
-from gaitsim.gait.robustness import (
-    EXPLOIT,
-    FRAGILE,
-    measure_robustness,
-    mirrored_joints,
-)
+from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness, mirrored_joints
 from gaitsim.gait.score_breakdown import cut_motion, summarise, term_changes, terms_over_time
 from gaitsim.individual import Individual
 

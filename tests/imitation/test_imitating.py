@@ -41,8 +41,7 @@ def puppet_run(puppet, tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "settings",
-    [pytest.param(SETTINGS[name], id=name, marks=pytest.mark.slow) for name in SETTINGS],
+    "settings", [pytest.param(SETTINGS[name], id=name, marks=pytest.mark.slow) for name in SETTINGS]
 )
 def test_the_imitator_walks_nine_tenths_of_the_distance(spider, settings):
     expert = spider.individual()

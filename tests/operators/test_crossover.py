@@ -164,10 +164,7 @@ def test_simulated_binary_inherits_genes_that_are_not_crossed():
 
 @settings(max_examples=50)
 @given(
-    eta=st.floats(1, 100),
-    genes=st.integers(1, 8),
-    cyclic=st.booleans(),
-    seed=st.integers(0, 2**32),
+    eta=st.floats(1, 100), genes=st.integers(1, 8), cyclic=st.booleans(), seed=st.integers(0, 2**32)
 )
 def test_simulated_binary_keeps_the_mean_of_parents(eta, genes, cyclic, seed):
     space = _reals(genes, lower=-3, upper=5, periodic=np.full(genes, cyclic))

@@ -22,10 +22,7 @@ FLAGS = [
 DRAWN = ["--enable-unsafe-swiftshader"]
 UNDRAWN = ["--disable-3d-apis"]
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")]
 FRAMES, RATE = 61, 30.0
 NAMED = "</script><script>document.title = 'evil'</script><img src=x onerror=alert(1)>\u202e"
 

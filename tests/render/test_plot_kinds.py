@@ -141,8 +141,7 @@ SAMPLE = ("fitness", "path", "footfall", "archive")
 
 
 @pytest.mark.parametrize(
-    "kind",
-    [one if one in SAMPLE else pytest.param(one, marks=pytest.mark.slow) for one in KINDS],
+    "kind", [one if one in SAMPLE else pytest.param(one, marks=pytest.mark.slow) for one in KINDS]
 )
 def test_every_kind_is_reproducible_and_follows_the_theme(drawn, tmp_path, kind):
     pictures = [picture(drawn(kind), "svg", LIGHT) for _ in range(2)]
@@ -747,10 +746,7 @@ def test_the_error_for_a_body_without_joints_names_the_requirement(flier):
     ("wrong", "message"),
     [
         (lambda self, genomes: Motion(4.0, {"reach": genomes[:, 0]}), "KeyError"),
-        (
-            lambda self, genomes: Motion(4.0, {"joint_angles": np.full((1, 5, 3), "a")}),
-            "as <U1",
-        ),
+        (lambda self, genomes: Motion(4.0, {"joint_angles": np.full((1, 5, 3), "a")}), "as <U1"),
         (lambda self, genomes: Motion(4.0, {"joint_angles": np.zeros((2, 5, 3))}), "shape"),
     ],
 )

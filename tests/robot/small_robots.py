@@ -90,9 +90,7 @@ def robot(*parts: str) -> str:
 
 
 QUADRUPED = robot(
-    box(0.4, 0.16, 0.1, 4),
-    *(leg(name, x, y) for name, (x, y) in CORNERS.items()),
-    ARM_ON_BACK,
+    box(0.4, 0.16, 0.1, 4), *(leg(name, x, y) for name, (x, y) in CORNERS.items()), ARM_ON_BACK
 )
 FACING_Y = robot(
     box(0.16, 0.4, 0.1, 4),

@@ -3,14 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from small_robots import (
-    ARM,
-    FACING_Y,
-    HEXAPOD,
-    HUMANOID,
-    QUADRUPED,
-    WHEELS,
-)
+from small_robots import ARM, FACING_Y, HEXAPOD, HUMANOID, QUADRUPED, WHEELS
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.finding import find_anatomy

@@ -110,8 +110,7 @@ def test_a_lost_leg_has_no_weight_and_carries_no_load():
 
 
 @pytest.mark.parametrize(
-    ("damage", "options"),
-    [("weak 0.5", {"torque_limit": 0.5}), ("slow 0.5", {"speed_limit": 0.5})],
+    ("damage", "options"), [("weak 0.5", {"torque_limit": 0.5}), ("slow 0.5", {"speed_limit": 0.5})]
 )
 def test_weak_and_slow_joints_have_servos_with_less_torque_or_speed(damage, options):
     every = Robot(servo="ax-12a").joint_names()

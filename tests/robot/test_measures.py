@@ -46,10 +46,7 @@ TIPPED[:, 0], TIPPED[:, 1], TIPPED[:, 2] = np.pi / 3, np.pi / 3, TIME
 @pytest.mark.parametrize(
     ("changed", "expected"),
     [
-        (
-            {"torso": WALK},
-            {"forward": 0.6, "lateral": -0.8, "body lengths": 1 / 0.3, "speed": 0.5},
-        ),
+        ({"torso": WALK}, {"forward": 0.6, "lateral": -0.8, "body lengths": 1 / 0.3, "speed": 0.5}),
         (
             {"torso": WALK, "energy": 20 * TIME, "slip": np.full(FRAMES, 0.2 / FRAMES)},
             {"cost of transport": 2.0, "mean power": 20.0, "slip ratio": 0.2},

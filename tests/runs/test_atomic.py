@@ -8,13 +8,7 @@ from pathlib import Path
 import pytest
 
 from gaitsim.errors import RunError
-from gaitsim.runs.files.atomic import (
-    replacing,
-    set_aside,
-    sweep,
-    write_bytes,
-    write_rotating,
-)
+from gaitsim.runs.files.atomic import replacing, set_aside, sweep, write_bytes, write_rotating
 
 OLDEST, OLD, NEW = b"oldest" * 100, b"old" * 100, b"new" * 100
 

@@ -5,11 +5,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import CheckpointError
-from gaitsim.runs.files.checkpoint import (
-    read_checkpoint,
-    read_with_fallback,
-    write_checkpoint,
-)
+from gaitsim.runs.files.checkpoint import read_checkpoint, read_with_fallback, write_checkpoint
 from gaitsim.runs.files.safe_pickle import VERSION, SchemaVersionError
 
 

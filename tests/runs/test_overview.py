@@ -9,16 +9,7 @@ from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.growing import overview
 from gaitsim.runs.overview import list_overviews
 
-COMPARED = (
-    "path",
-    "state",
-    "plugins",
-    "generation",
-    "generations",
-    "best",
-    "stage",
-    "failure",
-)
+COMPARED = ("path", "state", "plugins", "generation", "generations", "best", "stage", "failure")
 
 
 read_in_full = overview

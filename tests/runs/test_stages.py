@@ -273,11 +273,7 @@ def test_a_stage_killed_at_any_step_of_its_start_is_identical(
 def test_an_abandoned_stage_leaves_nothing(plain, puppet, monkeypatch):
     # Killed when the history has its columns, but no generation its row.
     assert killed_in(
-        monkeypatch,
-        os,
-        "write",
-        0,
-        lambda: continue_run(plain, overrides=CLIMB, generations=8),
+        monkeypatch, os, "write", 0, lambda: continue_run(plain, overrides=CLIMB, generations=8)
     )
     assert "height" in (plain / "history.csv").read_text()
     run = RunSnapshot(plain)

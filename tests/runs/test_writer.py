@@ -259,10 +259,7 @@ def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
         assert reopen(half).generation == 5
 
 
-@pytest.mark.parametrize(
-    "terms",
-    [("best", "reach"), ("seconds",), ("reach", "mean:reach")],
-)
+@pytest.mark.parametrize("terms", [("best", "reach"), ("seconds",), ("reach", "mean:reach")])
 def test_terms_named_as_columns_are_an_error(puppet, puppets, monkeypatch, terms):
     monkeypatch.setattr(
         puppets.Reach, "terms", lambda self, motion: dict.fromkeys(terms, motion["reach"])

@@ -9,10 +9,7 @@ from scipy import stats
 from searching import box, generations
 
 from gaitsim.contracts.search import Context, Results
-from gaitsim_searches.differential_evolution import (
-    DifferentialEvolution,
-    draw_scales,
-)
+from gaitsim_searches.differential_evolution import DifferentialEvolution, draw_scales
 from gaitsim_searches.real import differences, halved_past_bounds
 
 SEARCH = DifferentialEvolution()

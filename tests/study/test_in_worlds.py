@@ -27,8 +27,7 @@ def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():
     results = RNG.normal(1.5, 0.3, 100)
     wide = np.r_[np.full(90, 9.0), np.full(10, 0.1)]  # far on average, but with ten bad worlds
     found = ranking(
-        {"wide": unseen(wide), "low": unseen(results - 0.2), "high": unseen(results)},
-        RANGES,
+        {"wide": unseen(wide), "low": unseen(results - 0.2), "high": unseen(results)}, RANGES
     )
     assert [one.label for one in found.runs] == ["high", "low", "wide"]
     pair = found.pairs[0]

@@ -4,12 +4,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from gaitsim.study.runtimes import (
-    TARGETS,
-    ecdf,
-    spaced_targets,
-    summarise_target,
-)
+from gaitsim.study.runtimes import TARGETS, ecdf, spaced_targets, summarise_target
 
 # Three repeats of three generations of ten individuals.
 BEST = np.array([[1.0, 5.0, 5.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0]])

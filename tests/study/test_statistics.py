@@ -6,14 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from gaitsim.study.statistics import (
-    compare,
-    describe,
-    effect_name,
-    holm,
-    least_p,
-    rank_test,
-)
+from gaitsim.study.statistics import compare, describe, effect_name, holm, least_p, rank_test
 
 SAMPLES = st.lists(st.integers(0, 9), min_size=2, max_size=20)
 

@@ -141,19 +141,12 @@ class TestPicture:
         codes, inks = body.picture(clip, 0.0, Viewpoint(), 60, 20)
         standing = int(clip.skeleton.touching[0].sum())
         assert (codes == body.STANCE).sum() == standing == 2
-        assert set(inks[codes == body.STANCE]) == {
-            body.FOOT + LEFT,
-            body.FOOT + RIGHT,
-        }
+        assert set(inks[codes == body.STANCE]) == {body.FOOT + LEFT, body.FOOT + RIGHT}
 
     def test_left_and_right_have_their_inks(self):
         _, inks = body.picture(Clip(walker()), 0.4, Viewpoint(), 60, 20)
         limbs = inks[(inks >= body.BODY) & (inks < body.FOOT)]
-        assert set((limbs - body.BODY) % body.SIDES) == {
-            MIDDLE,
-            LEFT,
-            RIGHT,
-        }
+        assert set((limbs - body.BODY) % body.SIDES) == {MIDDLE, LEFT, RIGHT}
 
     def test_sides_follow_only_from_names(self):
         names = ("L1 femur", "R", "left wing", "right side", "leg 1", "rear", "Lower", "spine")

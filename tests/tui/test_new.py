@@ -213,9 +213,7 @@ class TestDrafts:
             assert not driver.screen.builder.changes
             await driver.press("escape")
             await driver.at("Home")
-            driver.app.screen.show_screen(
-                "new.New",
-            )
+            driver.app.screen.show_screen("new.New")
             await driver.until(lambda: getattr(driver.screen, "validation", None))
             again = driver.screen
             assert again.builder.preset.reference == reference

@@ -249,11 +249,7 @@ class TestExports:
             arguments = product.read(run, {})[0]
             assert found[product].what in gaitsim(*arguments, code=2).stderr
         verbs = {product.command[0] for product in found}
-        assert verbs == {
-            "plot",
-            "export",
-            *(() if angles else ("imitate",)),
-        }  # no archive
+        assert verbs == {"plot", "export", *(() if angles else ("imitate",))}  # no archive
 
     @pytest.mark.slow
     async def test_the_form_runs_its_command_and_opens_the_file(self, walk, drive, monkeypatch):
