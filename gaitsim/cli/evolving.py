@@ -25,7 +25,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
 from gaitsim.experiment import Experiment, parse_assignments
 from gaitsim.live.process import RunProcess, background_state, detach, send
-from gaitsim.live.protocol import Command, Snapshot, snapshot_of
+from gaitsim.live.protocol import RunCommand, Snapshot, snapshot_of
 from gaitsim.live.slots import slot_count
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.registry.entry_points import interrupted_plugin
@@ -183,7 +183,7 @@ def _evolve_in_background(
     path, process = run.path, run.process
     changed = options.get("overrides") or options.get("generations") is not None
     if process is not None and process.state == "paused" and not changed:
-        send(path, Command("go"))
+        send(path, RunCommand("go"))
         state: str | None = "running"
     else:
         detach(path, workers=workers, **options)

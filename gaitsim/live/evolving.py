@@ -9,7 +9,7 @@ from pathlib import Path
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
-from gaitsim.live.protocol import Best, Command, State, read_command
+from gaitsim.live.protocol import Best, RunCommand, State, read_command
 from gaitsim.live.reporter import Reporter
 from gaitsim.live.slots import Slot
 from gaitsim.runs.writer import RunWriter
@@ -37,8 +37,8 @@ class CommandQueue:
         self.paused = paused
         self._slot = slot
         self._check, self._has_check = check or (lambda: None), check is not None
-        self._commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
-        self._later: deque[Command] = deque()
+        self._commands: queue.SimpleQueue[RunCommand] = queue.SimpleQueue()
+        self._later: deque[RunCommand] = deque()
         self._step = False
 
     def cause(self, error: GaitsimError) -> GaitsimError:
@@ -54,7 +54,7 @@ class CommandQueue:
             return cause
         return error
 
-    def add(self, command: Command) -> None:
+    def add(self, command: RunCommand) -> None:
         """Add a command, from any thread or signal handler."""
         self._commands.put(command)
 
@@ -69,7 +69,7 @@ class CommandQueue:
                         self.add(command)
             except (OSError, ValueError):  # treat a broken stream like the end of the lines
                 pass
-            self.add(Command("stop"))
+            self.add(RunCommand("stop"))
 
         threading.Thread(target=read, daemon=True).start()
 
@@ -99,7 +99,7 @@ class CommandQueue:
                     self._step = verb == "step"
         return True
 
-    def next(self, on_state: Callable[[State], None]) -> Command | None:
+    def next(self, on_state: Callable[[State], None]) -> RunCommand | None:
         """Wait while paused or queued; return a `stop` or `set`, or None to evolve a generation.
 
         Args:
@@ -139,7 +139,7 @@ class CommandQueue:
         if self._slot is not None:
             self._slot.release()
 
-    def _get(self, seconds: float) -> Command | None:
+    def _get(self, seconds: float) -> RunCommand | None:
         """Wait for the next command and return it; None if none arrives."""
         try:
             return self._commands.get(block=seconds > 0, timeout=seconds or None)
@@ -206,7 +206,7 @@ def evolve_live(
         changes = ended.overrides
 
 
-def _evolve(writer: RunWriter, commands: CommandQueue, reporter: Reporter) -> str | Command:
+def _evolve(writer: RunWriter, commands: CommandQueue, reporter: Reporter) -> str | RunCommand:
     """Evolve until a stop condition holds or a `stop` or `set` arrives, and return that."""
     reporter.run_opened(writer)
     if writer.done:

@@ -17,7 +17,7 @@ from typing import Any, Unpack
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
-from gaitsim.live.protocol import Command, Snapshot, State, merge, read_snapshot, write_command
+from gaitsim.live.protocol import RunCommand, Snapshot, State, merge, read_snapshot, write_command
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.runs.background import (
     SOCKET,
@@ -135,7 +135,7 @@ def request_stop(run: Path) -> BackgroundProcess | None:
     return found
 
 
-def send(run: Path, *commands: Command) -> None:
+def send(run: Path, *commands: RunCommand) -> None:
     """Send commands to the background process of a run."""
     try:
         with (
@@ -207,8 +207,8 @@ class RunProcess:
             overrides=overrides,
             paused=paused,
         )
-        self._requests = [Command("set", overrides)] if overrides else []
-        self._requests += [Command("pause")] if paused else []
+        self._requests = [RunCommand("set", overrides)] if overrides else []
+        self._requests += [RunCommand("pause")] if paused else []
         self._launch = launch
         self._writer: asyncio.StreamWriter | None = None
         self._reading: asyncio.Task[None] | None = None
@@ -262,19 +262,19 @@ class RunProcess:
 
     def pause(self) -> None:
         """Pause after the current generation."""
-        self._send(Command("pause"))
+        self._send(RunCommand("pause"))
 
     def go(self) -> None:
         """Continue after a pause."""
-        self._send(Command("go"))
+        self._send(RunCommand("go"))
 
     def step(self) -> None:
         """Evolve one generation, then pause."""
-        self._send(Command("step"))
+        self._send(RunCommand("step"))
 
     def change(self, overrides: Overrides) -> None:
         """Continue with options changed by key, as a stage."""
-        self._send(Command("set", overrides))
+        self._send(RunCommand("set", overrides))
 
     def stop(self) -> None:
         """Save and stop after the current generation."""
@@ -299,7 +299,7 @@ class RunProcess:
             await asyncio.wait([self._reading])
         return self.last
 
-    def _send(self, command: Command) -> None:
+    def _send(self, command: RunCommand) -> None:
         if self._writer is not None and not self._writer.is_closing():
             self._writer.write(write_command(command))
 

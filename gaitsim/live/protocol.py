@@ -31,7 +31,7 @@ EventKind = Literal["best", "kept", "stage", "warning"]
 
 
 @dataclass(frozen=True)
-class Command:
+class RunCommand:
     """A command of the controlling process.
 
     Attributes:
@@ -180,7 +180,7 @@ def concatenate(first: Rows, then: Rows) -> Rows:
     }
 
 
-def write_command(command: Command) -> bytes:
+def write_command(command: RunCommand) -> bytes:
     """Return a command as a line."""
     parts: dict[str, dict[str, Any]] = {}
     for key, value in command.overrides.items():
@@ -188,7 +188,7 @@ def write_command(command: Command) -> bytes:
     return _line({"do": command.do, **parts})
 
 
-def read_command(line: bytes) -> Command | None:
+def read_command(line: bytes) -> RunCommand | None:
     """Parse a line; return None if it is not a command."""
     try:
         data = json.loads(line)
@@ -196,7 +196,7 @@ def read_command(line: bytes) -> Command | None:
         overrides = data.get("values", {}) | {key: Typed(text) for key, text in typed}
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
-    return Command(verb, overrides) if verb in get_args(Verb) else None
+    return RunCommand(verb, overrides) if verb in get_args(Verb) else None
 
 
 def write_snapshot(values: Mapping[str, Any]) -> bytes:

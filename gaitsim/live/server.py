@@ -18,7 +18,7 @@ from filelock import FileLock, Timeout
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.live.evolving import CommandQueue
-from gaitsim.live.protocol import Command, read_command
+from gaitsim.live.protocol import RunCommand, read_command
 from gaitsim.live.reporter import Reporter
 from gaitsim.live.slots import Slot, slot_count
 from gaitsim.runs.background import (
@@ -208,7 +208,7 @@ class Hub:
     def __init__(
         self,
         listener: socket.socket,
-        on_command: Callable[[Command], object],
+        on_command: Callable[[RunCommand], object],
         maintain: Callable[[], object] = lambda: None,
     ) -> None:
         self._listener, self._on_command, self._maintain = listener, on_command, maintain
@@ -320,7 +320,7 @@ def _stop_on_sigterm(commands: CommandQueue) -> Callable[[], None]:
     """Queue a `stop` on SIGTERM; return the function that queues it."""
 
     def stop(*_: object) -> None:
-        commands.add(Command("stop"))
+        commands.add(RunCommand("stop"))
 
     signal.signal(signal.SIGTERM, stop)
     return stop

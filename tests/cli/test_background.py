@@ -13,7 +13,7 @@ import pytest
 from waiting import until
 
 from gaitsim.live.process import background_state, send
-from gaitsim.live.protocol import Command
+from gaitsim.live.protocol import RunCommand
 from gaitsim.runs.background import background_process, last_failure
 from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
@@ -110,7 +110,7 @@ def test_stopping_all_reports_an_unusable_runtime_folder(gaitsim, tmp_path, monk
 
 def test_a_paused_run_continues_by_resume(gaitsim, detached):
     path = detached()
-    send(path, Command("pause"))
+    send(path, RunCommand("pause"))
     until(lambda: background_state(path) == "paused")
     assert "paused" in gaitsim("runs", ".").stdout
     refused = gaitsim("resume", path, "--detach", "--generations", 200_000, code=2).stderr

@@ -19,7 +19,7 @@ from waiting import until
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.live.evolving import CommandQueue
 from gaitsim.live.process import background_state, kill, send, start_detached, stop
-from gaitsim.live.protocol import Command, Snapshot, read_snapshot
+from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.server import Hub, Presence
 from gaitsim.live.slots import Slot, slot_count
 from gaitsim.runs.background import (
@@ -89,7 +89,7 @@ def test_two_clients_receive_the_same_and_both_send_commands(new_run, connect):
             seen[index] = read_snapshot(client.readline(), seen[index])
     assert seen[0].top[0].score == seen[1].top[0].score
     first.close()
-    send(path, Command("step"))
+    send(path, RunCommand("step"))
     while seen[1].generation < 2:
         seen[1] = read_snapshot(second.readline(), seen[1])
     late = read_snapshot(connect(path).readline(), Snapshot("preparing"))
@@ -156,10 +156,10 @@ def test_runs_start_in_order_and_a_paused_run_frees_its_slot(new_run, monkeypatc
         start_detached(path)
     until(lambda: background_state(first) == "running")
     until(lambda: [background_state(second), background_state(third)] == ["queued", "queued"])
-    send(first, Command("pause"))
+    send(first, RunCommand("pause"))
     until(lambda: background_state(second) == "running")
     assert (background_state(first), background_state(third)) == ("paused", "queued")
-    send(first, Command("go"))
+    send(first, RunCommand("go"))
     until(lambda: background_state(first) == "queued")
     kill(second)
     until(lambda: background_state(third) == "running")
@@ -242,7 +242,7 @@ class TestHub:
             client.sendall(b"x" * 2**27)
         with closing(self.client(hub)) as other:
             other.sendall(b'{"do":"stop"}\n')
-            until(lambda: hub.commands.next(lambda state: None) == Command("stop"))
+            until(lambda: hub.commands.next(lambda state: None) == RunCommand("stop"))
 
 
 def received_by(client):

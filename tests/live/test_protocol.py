@@ -10,9 +10,9 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Typed
 from gaitsim.live.protocol import (
     Best,
-    Command,
     Event,
     RankedIndividual,
+    RunCommand,
     Snapshot,
     merge,
     read_command,
@@ -33,7 +33,8 @@ def rows(first, last, **columns):
 
 
 @pytest.mark.parametrize(
-    "command", [Command("go"), Command("set", {"mutation.rate": 0.1, "name": Typed("[b]'\n\"ü")})]
+    "command",
+    [RunCommand("go"), RunCommand("set", {"mutation.rate": 0.1, "name": Typed("[b]'\n\"ü")})],
 )
 def test_commands_survive_a_round_trip(command):
     line = write_command(command)

@@ -10,7 +10,7 @@ import pytest
 
 from gaitsim.experiment import Typed
 from gaitsim.live.evolving import CommandQueue, evolve_live
-from gaitsim.live.protocol import Command, Snapshot, read_snapshot
+from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.reporter import Reporter
 from gaitsim.runs import writer as writing
 from gaitsim.runs.files.lock import RunLock
@@ -36,7 +36,7 @@ def steer(path, *commands, **options):
     """Evolve a run with these commands queued; return the reported snapshots."""
     queued, lines = CommandQueue(), Lines()
     for command in commands:
-        queued.add(command if isinstance(command, Command) else Command(command))
+        queued.add(command if isinstance(command, RunCommand) else RunCommand(command))
     state = evolve_live(path, queued, Reporter(lines.write, period=0), **options)
     snapshots = lines.snapshots()
     assert snapshots[-1].state == state
@@ -45,7 +45,7 @@ def steer(path, *commands, **options):
 
 def change(*assignments):
     pairs = (text.partition("=") for text in assignments)
-    return Command("set", {key: Typed(value) for key, _, value in pairs})
+    return RunCommand("set", {key: Typed(value) for key, _, value in pairs})
 
 
 def fingerprint(path):
@@ -256,7 +256,7 @@ def test_a_disconnected_reader_stops_the_run(new_run):
         raise BrokenPipeError
 
     queued = CommandQueue()
-    reporter = Reporter(gone, on_disconnect=lambda: queued.add(Command("stop")))
+    reporter = Reporter(gone, on_disconnect=lambda: queued.add(RunCommand("stop")))
     assert evolve_live(path, queued, reporter) == "stopped"
 
 
