@@ -11,7 +11,6 @@ from gaitsim.evolution.searching import figures
 from gaitsim.experiment import read_outline
 from gaitsim.runs.compatibility import out_of_bounds
 from gaitsim.runs.files.checkpoint import Checkpoint, read_champion
-from gaitsim.runs.files.checksums import NONE, chain_checksum, genomes_checksum, scores_checksum
 from gaitsim.runs.files.folder import (
     BESTS,
     CHECKPOINT,
@@ -23,6 +22,7 @@ from gaitsim.runs.files.folder import (
     saved_champions,
 )
 from gaitsim.runs.files.history import best_terms, island_bests, islands_record, row
+from gaitsim.runs.files.records import NONE, chain_checksum, genomes_checksum, scores_checksum
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, changes, first_comparable, next_progress, restore_generation
 

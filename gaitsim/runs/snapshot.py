@@ -34,7 +34,6 @@ from gaitsim.runs.files.checkpoint import (
     read_checkpoint,
     read_with_fallback,
 )
-from gaitsim.runs.files.checksums import RECORD
 from gaitsim.runs.files.folder import (
     BESTS,
     CHECKPOINT,
@@ -59,6 +58,7 @@ from gaitsim.runs.files.history import (
     terms_of,
     used_terms,
 )
+from gaitsim.runs.files.records import RECORD
 from gaitsim.runs.files.tables import damaged_error, line_ends
 from gaitsim.runs.manage import read_note
 from gaitsim.runs.stages import (

@@ -29,7 +29,6 @@ from gaitsim.registry.entry_points import contract_error
 from gaitsim.runs.background import forget_failure
 from gaitsim.runs.compatibility import versions
 from gaitsim.runs.files import history
-from gaitsim.runs.files.append_only import RecordFiles
 from gaitsim.runs.files.atomic import sweep, write_bytes, writing
 from gaitsim.runs.files.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
 from gaitsim.runs.files.folder import (
@@ -46,6 +45,7 @@ from gaitsim.runs.files.folder import (
 )
 from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.files.provenance import current_versions, write_provenance
+from gaitsim.runs.files.records import RecordFiles
 from gaitsim.runs.resume import ResumeOptions, ResumePlan, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -11,8 +11,8 @@ from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
-from gaitsim.runs.files.append_only import AppendOnlyFile
 from gaitsim.runs.files.history import COLUMNS, read_history, read_records, record_type, row
+from gaitsim.runs.files.records import AppendOnlyFile
 from gaitsim.runs.files.tables import line, line_ends
 
 INF = math.inf

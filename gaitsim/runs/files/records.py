@@ -1,10 +1,17 @@
 """The files of a run that grow by one record per generation: history, bests, islands and checksums.
 
 They are truncated to the checkpoint when a run resumes.
+
+With `checksums.bin`, `gaitsim verify` finds changes: the last checksum of each record covers the
+rest of the record, the generation's row and best individual, and the last checksum of the previous
+record. It therefore reveals any change, and the generation that was changed. It does not prove that
+the scores are genuine: only reproducing the run does.
 """
 
+import hashlib
 import math
 import os
+import struct
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack, closing, suppress
 from pathlib import Path
@@ -12,13 +19,14 @@ from typing import Self
 
 import numpy as np
 
+from gaitsim.contracts import Array, Genomes
 from gaitsim.errors import RunError
+from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment
 from gaitsim.opening import open_descriptor
 from gaitsim.runs.files import history
 from gaitsim.runs.files.atomic import write_bytes, writing
-from gaitsim.runs.files.checksums import NONE, RECORD, SIZE, checksums
 from gaitsim.runs.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, truncation_error
 from gaitsim.runs.files.history import (
     figures_of,
@@ -38,7 +46,56 @@ from gaitsim.runs.files.tables import (
     read_head,
 )
 
+SIZE = 32
+RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "chain")])
+"""SHA-256 hashes of the genomes, of scores and terms, and of everything in the chain."""
+
+NONE = bytes(SIZE)
+"""Marks a generation without a checksum."""
+
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
+
+
+def genomes_checksum(genomes: Genomes) -> bytes:
+    """Return the checksum of a population, (population, genes)."""
+    return hashlib.sha256(repr(genomes.shape).encode() + _little(genomes)).digest()
+
+
+def scores_checksum(evaluation: Evaluation) -> bytes:
+    """Return the checksum of scores and terms."""
+    digest = hashlib.sha256(_little(evaluation.scores))
+    for name, values in evaluation.terms.items():
+        digest.update(name.encode() + b"\0" + _little(values))
+    return digest.digest()
+
+
+def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests: bytes) -> bytes:
+    """Return the checksum of a generation's record and of the chain before it.
+
+    It omits the time in the row, and NaN, which fills the columns of other stages' terms.
+
+    Args:
+        before: chain checksum of the previous generation; NONE without one.
+        parts: checksums of genomes and scores.
+        row: row of the history.
+        bests: record in `bests.bin`, followed by the best score of each of several islands.
+    """
+    cells = {
+        name: value
+        for name, value in sorted(row.items())
+        if name != "seconds" and not math.isnan(value)
+    }
+    digest = hashlib.sha256(before + parts + bests)
+    digest.update("\0".join(cells).encode())
+    digest.update(struct.pack(f"<{len(cells)}d", *cells.values()))
+    return digest.digest()
+
+
+def _little(values: Array) -> bytes:
+    """Return the bytes of an array, little-endian, with a single bit pattern for NaN."""
+    if values.dtype.kind == "f" and np.isnan(values).any():
+        values = np.where(np.isnan(values), np.nan, values)
+    return values.astype(values.dtype.newbyteorder("<"), copy=False).tobytes()
 
 
 class AppendOnlyFile:
@@ -234,11 +291,9 @@ class RecordFiles:
         if self._number > 1:
             row_of_islands = line([generation.number, *islands.tolist()])
             self._islands.append(row_of_islands.encode())
-        record_of_checksums = checksums(
-            generation.genomes, generation.evaluation, row, bests, self._chain
-        )
-        self._checksums.append(record_of_checksums)
-        self._chain = record_of_checksums[-SIZE:]
+        parts = genomes_checksum(generation.genomes) + scores_checksum(generation.evaluation)
+        self._chain = chain_checksum(self._chain, parts, row, bests)
+        self._checksums.append(parts + self._chain)
 
     def flush(self) -> None:
         """Write the records added since the last call, and flush them to disk."""
