@@ -2,7 +2,6 @@
 
 import json
 import os
-import re
 import shutil
 import signal
 import subprocess
@@ -15,7 +14,6 @@ from waiting import until
 from gaitsim.live.process import background_state, send
 from gaitsim.live.protocol import RunCommand
 from gaitsim.runs.background import background_process, last_failure
-from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
@@ -155,25 +153,3 @@ def test_the_reason_of_a_failure_is_kept_until_the_run_continues(
     assert last_failure(Path("run")) is None
     assert "failed" not in gaitsim("runs", ".").stdout
     assert last_failure(Path("copy")) is None  # the copy itself has not failed
-
-
-@pytest.mark.slow
-def test_a_run_ends_if_its_folder_is_deleted(gaitsim, detached, monkeypatch, start):
-    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-    first, queued = detached("first"), detached("queued")
-    assert background_state(queued) == "queued"
-    watching = start("attach", queued, "--json")
-    assert "Queued" in watching.stderr.readline()
-    for path in (queued, first):
-        process = background_process(path)
-        path.rename("elsewhere")
-        until(lambda path=path: background_state(path) is None)
-        assert not path.exists()
-        assert not is_locked(Path("elsewhere"))
-        assert f"{path} was deleted or moved" in gaitsim("attach", path, code=2).stderr
-        Path("elsewhere").rename(f"{path}-saved")
-        assert process is not None
-    assert re.search("queued was deleted or moved", watching.communicate()[1])
-    assert watching.returncode == 2
-    Path("first").mkdir()  # a new run of the same name has not failed
-    assert last_failure(Path("first")) is None

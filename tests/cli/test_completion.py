@@ -1,10 +1,5 @@
 """Completions that a shell receives at Tab, requested as by its completion script."""
 
-import shutil
-import subprocess
-import sys
-from pathlib import Path
-
 import pytest
 from typer.main import get_command
 
@@ -85,23 +80,6 @@ def test_runs_are_offered(offered, run_folders, words):
 def test_names_with_special_characters_of_shells_are_not_offered(offered, run_folders):
     run_folders("good", "$(touch x)", "`touch x`", "a b", "*", "q'", 'd"', "-o", ";x", "a\nb")
     assert offered("show", "") == ["good"]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("bash") is None, reason="bash is not installed")
-def test_the_completion_script_of_bash_works(tmp_path, run_folders):
-    run_folders("first")
-    program = Path(sys.executable).with_name("gaitsim")
-    script = (
-        f'gaitsim() {{ "{program}" "$@"; }}; PATH="{program.parent}:$PATH"\n'
-        'eval "$(_GAITSIM_COMPLETE=source_bash gaitsim)"\n'
-        "COMP_WORDS=(gaitsim show f); COMP_CWORD=2; _gaitsim_completion gaitsim\n"
-        'echo "${COMPREPLY[@]}"\n'
-    )
-    shown = subprocess.run(
-        ["bash", "-c", script], cwd=tmp_path, capture_output=True, text=True, check=True
-    )
-    assert shown.stdout == "first\n"
 
 
 def test_an_unreadable_folder_of_runs_offers_nothing(offered, tmp_path):

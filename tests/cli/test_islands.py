@@ -92,14 +92,3 @@ def test_a_run_killed_in_an_epoch_is_bit_identical_after_resuming(
     assert 1 <= found["generation"] <= 13
     gaitsim("resume", "killed", "--workers", 1)
     assert gaitsim("show", "killed", "--fingerprint").stdout == alone
-
-
-@pytest.mark.slow
-def test_experiments_with_islands_are_compared(gaitsim, puppet_file, tmp_path):
-    (tmp_path / "islands.toml").write_text(
-        puppet_file.read_text() + "[islands]\nnumber = 2\nmigrants = 1\n"
-    )
-    done = gaitsim("compare", "puppet.toml", "islands.toml", "--repeats", 3, "--workers", 1)
-    assert "puppet (2)" in done.stdout
-    rows = (tmp_path / "comparisons/puppet-against-puppet/results.csv").read_text()
-    assert ",12," in rows  # twice the evaluations per generation

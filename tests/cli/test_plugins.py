@@ -5,14 +5,6 @@ from pathlib import Path
 
 import pytest
 
-FIVE = {
-    "organism": {"x": "Body"},
-    "fitness": {"x": "Distance"},
-    "selection": {"x": "First"},
-    "crossover": {"x": "Solo"},
-    "mutation": {"x": "Still"},
-}
-
 
 @pytest.mark.slow
 def test_a_new_package_passes_its_check(gaitsim):
@@ -48,15 +40,6 @@ def test_invalid_input_writes_nothing(gaitsim, arguments, says):
     assert [path.name for path in Path().iterdir()] == ["there"]
 
 
-@pytest.mark.slow
-def test_a_plugin_a_package_and_a_folder_are_checked(gaitsim, install, working):
-    install("fake", working, FIVE)
-    for reference, count in (("x", 5), ("fake", 5), ("rank", 1)):
-        done = gaitsim("plugins", "check", reference)
-        assert done.stdout.count("✓") == count
-        assert "✗" not in done.stdout
-
-
 BROKEN = """
 class X(Body):
     legs: int = option(4, "")
@@ -77,14 +60,6 @@ def test_findings_end_with_exit_code_1(gaitsim, install, working):
 
 
 @pytest.mark.slow
-def test_advice_changes_the_exit_code_only_with_strict(gaitsim, install, working):
-    endless = "class X(Body):\n    legs: int = option(4, 'how many')\n"
-    install("fake", working + endless, {"organism": {"x": "X"}})
-    assert "legs accepts any number" in gaitsim("plugins", "check", "x").stdout
-    gaitsim("plugins", "check", "x", "--strict", code=1)
-
-
-@pytest.mark.slow
 def test_json_is_one_object_per_line_whatever_a_plugin_prints(gaitsim, install, working):
     prints = "print('hello')\n" + working
     install("fake", prints, {"organism": {"x": "Body"}, "mutation": {"x": "Still"}})
@@ -97,14 +72,6 @@ def test_json_is_one_object_per_line_whatever_a_plugin_prints(gaitsim, install, 
     assert finding["rule"] == "standard output"
     assert first["figures"]["individuals_per_second"] > 0
     assert second["kind"] == "mutation"
-
-
-@pytest.mark.slow
-def test_a_time_limit(gaitsim, install, working):
-    loops = "class X(Still):\n    def mutate(self, *_):\n        while True: pass\n"
-    install("fake", working + loops, {"mutation": {"x": "X"}})
-    done = gaitsim("plugins", "check", "x", "--seconds", 2, code=1)
-    assert "the plugin was still mutating children after 2 s" in done.stdout
 
 
 FOLDERS = {

@@ -95,18 +95,6 @@ def test_a_stopped_comparison_keeps_nothing_and_prints_how_to_repeat_it(
 
 
 @pytest.mark.slow
-def test_compare_prints_json(gaitsim):
-    done = gaitsim("compare", "millipede", "millipede", *SHORT, "--json")
-    (line,) = done.stdout.splitlines()
-    values = json.loads(line)
-    assert set(values["experiments"]) == {"millipede", "millipede (2)"}
-    assert {"mean", "median", "median_low", "q25", "ert", "area_low"} <= set(
-        values["experiments"]["millipede"]
-    )
-    assert values["comparisons"][0]["differs"] is False
-
-
-@pytest.mark.slow
 def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path):
     text = gaitsim("experiments", "show", "spider").stdout
     head, _, _ = text.replace('name = "spider"', 'name = "cma"').partition("[search]")

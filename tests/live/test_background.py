@@ -4,11 +4,8 @@ import errno
 import json
 import os
 import random
-import signal
 import socket
 import stat
-import subprocess
-import sys
 import threading
 from contextlib import closing, suppress
 from pathlib import Path
@@ -307,27 +304,6 @@ class TestRuntimeFolder:
         assert overview(path).state in ("stopped", "failed")
 
 
-@pytest.mark.slow
-def test_a_full_disk_ends_the_run_with_a_message(new_run, monkeypatch):
-    """A limit on the size of files replaces the full disk."""
-    path = new_run("run", *SLOW, generations=100_000)
-    code = (
-        "import resource, signal, sys\nfrom pathlib import Path\n"
-        "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
-        "resource.setrlimit(resource.RLIMIT_FSIZE, (2000, resource.RLIM_INFINITY))\n"
-        "from gaitsim.live.process import start_detached\nstart_detached(Path('run'))"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)
-    until(lambda: background_state(path) is None)
-    assert os.strerror(errno.EFBIG) in str(last_failure(path))
-    assert overview(path).state == "failed"
-    start_detached(path)
-    until(lambda: RunSnapshot(path).generation > 20)
-    stop(path)
-    done = RunSnapshot(path)
-    assert done.fingerprint() == plain_fingerprint(new_run, done.generation, *SLOW)
-
-
 def test_a_deleted_folder_is_reported_as_the_cause():
     """Its files disappear first, and the folder a moment later."""
     error, answers = (
@@ -352,19 +328,6 @@ def test_a_full_runtime_folder_is_reported(new_run, monkeypatch):
     with pytest.raises(GaitsimError, match="No space left"):
         Presence(path)
     assert background_state(path) is None
-
-
-@pytest.mark.slow
-def test_sigterm_stops_a_queued_run(new_run, monkeypatch):
-    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-    first, second = new_run("first", *SLOW, generations=100_000), new_run("second", *SLOW)
-    start_detached(first)
-    until(lambda: background_state(first) == "running")
-    pid = start_detached(second)
-    os.kill(pid, signal.SIGTERM)
-    until(lambda: background_state(second) is None)
-    assert last_failure(second) is None
-    assert RunSnapshot(second).generation == 0
 
 
 def test_a_deleted_run_cannot_be_started(new_run):

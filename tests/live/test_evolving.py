@@ -152,13 +152,6 @@ def test_an_invalid_change_is_reported_and_has_no_effect(new_run):
     assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_generations_are_added_while_a_run_evolves(new_run):
-    path = new_run(generations=5)
-    last = steer(path, "pause", "step", change("evolution.generations=30"), "go")[-1]
-    assert (last.generation, last.stage) == (30, 1)
-    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
-
-
 def test_a_finished_run_is_reported_and_continues_with_more_generations(new_run):
     path = new_run(generations=5)
     steer(path)

@@ -3,7 +3,6 @@
 import asyncio
 import json
 import os
-import random
 import signal
 import subprocess
 import sys
@@ -37,35 +36,6 @@ async def final_snapshot(process):
         if snapshot.ended:
             break
     return await process.wait_ended()
-
-
-@pytest.mark.slow
-def test_random_pauses_steps_and_stops_do_not_change_the_run(new_run, uninterrupted, wait):
-    path, drawn = new_run("run", *SLOW, generations=15), random.Random(1)
-
-    async def part():
-        process = RunProcess(path)
-        await process.start()
-        await wait(lambda: process.last.state == "running" or process.last.ended)
-        for do in drawn.choices([process.pause, process.go, process.step], k=drawn.randrange(6)):
-            do()
-            goal = process.last.generation + drawn.randrange(3)
-            await wait(
-                lambda goal=goal: (
-                    process.last.generation >= goal
-                    or process.last.ended
-                    or process.last.state == "paused"
-                )
-            )
-        process.stop()
-        return await final_snapshot(process)
-
-    snapshot = asyncio.run(part())
-    while snapshot.state == "stopped":
-        snapshot = asyncio.run(part())
-    assert (snapshot.state, snapshot.generation) == ("finished", 15)
-    assert not is_locked(path)
-    assert RunSnapshot(path).fingerprint() == uninterrupted(*SLOW, generations=15)
 
 
 async def test_a_process_pauses_continues_and_changes_options(new_run, wait):

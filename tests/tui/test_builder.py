@@ -32,6 +32,10 @@ class TestCommand:
     def test_unchanged_options_are_omitted(self):
         assert build().command(Path("runs/spider")) == "gaitsim run spider"
 
+    def test_another_folder_is_included(self):
+        command = build().command(Path("elsewhere/spider"))
+        assert command == "gaitsim run spider --out elsewhere/spider"
+
     def test_the_command_creates_the_same_experiment(self, catalogue):
         builder = build(
             seed="12", name="odd name", evolution__population="40", organism__encoding="cpg"
@@ -80,6 +84,11 @@ class TestValidate:
             texts = {o.key: o.text for form in found.forms.values() for o in form.options if o.text}
             again = validate(ExperimentBuilder(loaded, texts), catalogue)
             assert again.experiment == found.experiment, preset.name
+
+    def test_an_unknown_plugin_is_reported(self, catalogue):
+        found = validate(build(fitness__plugin="nothing"), catalogue)
+        assert "fitness.plugin" in found.problems
+        assert "nothing" in found.forms["fitness"].problem.what
 
 
 class TestOffers:

@@ -57,9 +57,6 @@ class TestDifferences:
         (found,) = differences([stages, stages])
         assert found.values == ("1, from 5: 2",) * 2
 
-    def test_an_unreadable_run_has_no_differences(self):
-        assert not differences([[(1, outline())], []])
-
     @pytest.mark.parametrize(
         ("sections", "message"),
         [
@@ -79,14 +76,6 @@ class TestDifferences:
         for runs in ([[(1, one)], [(1, other)]], [[(1, one), (9, other)]]):
             assert scoring_warning(differences(runs)).endswith(message)
         assert not scoring_warning(differences([[(1, one)], [(1, one)]]))
-
-    def test_differences_are_in_the_order_of_the_files(self):
-        one, other = (
-            outline(1, b={"z": 1, "a": 1}, a={"k": 1}),
-            outline(2, b={"z": 2, "a": 2}, a={"k": 2}),
-        )
-        found = [row.key for row in differences([[(1, one)], [(1, other)]])]
-        assert found == ["seed", "b.z", "b.a", "a.k"]
 
 
 @pytest.fixture
@@ -254,15 +243,6 @@ class TestScreen:
             assert "missing: cannot read" in message
             assert [one.name for one in shown(screen)] == ["one"]
             await pilot.press("right", "enter", "r", "o", "x")
-
-    async def test_runs_without_a_generation_have_no_curves(self, puppet, tmp_path, monkeypatch):
-        monkeypatch.chdir(tmp_path)
-        run = create_run(puppet(), Path("runs/new"))
-        async with compare([run]) as (screen, _pilot):
-            assert shown(screen) == ()
-            assert cells(screen)["generations"] == ["–"]
-            assert not screen.check_action("quantity", ())
-            assert not screen.check_action("replay", ())
 
 
 @pytest.mark.parametrize("size", [(80, 24), (160, 48)])

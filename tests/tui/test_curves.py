@@ -42,10 +42,6 @@ class TestTicks:
         if len(found) > 2:
             assert np.allclose(np.diff(found), found[1] - found[0])
 
-    def test_ticks_of_generations_are_whole(self):
-        found = ticks(1, 3, 20, whole=True)
-        assert found.tolist() == [1, 2, 3]
-
     @given(st.floats(1e-6, 1e6), st.floats(1.5, 1e9), st.integers(2, 12))
     def test_logarithmic_ticks_are_few_and_on_the_axis(self, low, factor, most):
         found = log_ticks(low, low * factor, most)
@@ -82,9 +78,6 @@ class TestFrame:
         assert frame.below
         assert frame.y.low >= 1
         assert any("↓" in line for line in lines(series(y)))
-
-    def test_a_steady_rise_is_shown_from_its_start(self):
-        assert not frame_of([series(np.linspace(-50, 2, 100))]).below
 
 
 class TestPlot:
@@ -126,13 +119,6 @@ class TestPlot:
             found[curves.FIRST + 1] > 5 * found[curves.FIRST] > 0
         )  # only the markers of the other are visible
 
-    def test_series_differ_without_colours(self):
-        drawn = {
-            tuple(lines(*([series([])] * index), series(np.full(60, 1.0)))[4:7])
-            for index in range(len(curves.DASHES))
-        }
-        assert len(drawn) == len(curves.DASHES)
-
     @pytest.mark.parametrize("size", [(0, 0), (5, 2), (12, 4), (14, 5), (300, 80)])
     def test_any_size_can_be_drawn(self, size):
         columns, rows = size
@@ -165,13 +151,6 @@ class TestPlot:
         _, inks = plot([strong, weak], 60, 14)
         assert not (inks == curves.ink_of(1, 2)).any()
 
-    def test_stages_are_not_connected(self):
-        y = np.repeat([0.0, 1.0], 50)
-        broken, _ = plot([Series("best", np.arange(1.0, 101), y, (50,))], 60, 14)
-        whole, _ = plot([series(y)], 60, 14)
-        assert (broken != whole).any()
-        assert np.isin(broken[4:8, 8:], [curves.SPACE]).all()
-
 
 class TestSmoothed:
     def test_stages_and_gaps_are_preserved(self):
@@ -193,10 +172,6 @@ class TestThinned:
         assert len(kept.y) <= 1000
         assert (kept.y.max(), kept.y.min()) == (5, -7)
         assert kept.x[np.argmax(kept.y)] == pytest.approx(334, abs=250)
-
-    def test_few_points_are_unchanged(self):
-        one = series(np.arange(50))
-        assert thin_series(one, 100) is one
 
     def test_wide_gaps_are_preserved(self):
         y = np.ones(100_000)
@@ -256,17 +231,6 @@ class TestWidget:
             await pilot.pause()
             assert all(strip.cell_length == 30 for strip in strips(shown.query_one(Cells)))
             assert len(strips(shown.query_one(Cells))) == 7
-
-    async def test_equal_data_is_not_redrawn(self, monkeypatch):
-        async with show() as (shown, pilot):
-            shown.set_series([series(np.arange(30))])
-            await pilot.pause()
-            refreshed = []
-            monkeypatch.setattr(
-                shown.query_one(Cells), "refresh", lambda *regions: refreshed.append(regions)
-            )
-            shown.set_series([series(np.arange(30))])
-            assert refreshed == []
 
 
 def legend(shown):

@@ -141,24 +141,6 @@ class TestFollowing:
             assert names(driver) == ["a", "c"]
             assert driver.screen.query_one("#runs").run.name == "c"
 
-    async def test_only_changed_cells_are_drawn(self, walk, drive, monkeypatch):
-        path = walk()
-        walk("other")
-        drawn = []
-        now = 2e9
-        async with drive(clock=lambda: now) as driver:
-            table = driver.screen.query_one("#runs")
-            update = table.update_cell
-            monkeypatch.setattr(
-                table, "update_cell", lambda *cell, **more: (drawn.append(cell), update(*cell))
-            )
-            await look(driver)
-            drawn.clear()
-            lock = RunLock(path)
-            await look(driver)
-            lock.release()
-            assert {(row, column) for row, column, _ in drawn} == {(str(path), "state")}
-
 
 class TestManyRuns:
     async def test_runs_are_listed_while_the_scan_continues_and_keys_work(
@@ -186,24 +168,6 @@ class TestManyRuns:
             assert marks(driver) == [True, False, False]
             assert home.query_one("#runs").run.name == "c"
 
-    async def test_the_app_can_quit_during_the_first_scan(self, walk, drive, monkeypatch):
-        for name in "abc":
-            walk(name, 0)
-        read, gate, seen = growing.RunFollower.poll, Event(), []
-
-        def slow(follower):
-            seen.append(follower.path)
-            assert gate.wait(60)
-            return read(follower)
-
-        monkeypatch.setattr(growing.RunFollower, "poll", slow)
-        async with drive(ready=False) as driver:
-            await driver.until(lambda: seen)
-            await driver.press("q")
-            await driver.until(lambda: not driver.app.is_running)
-            gate.set()
-        assert len(seen) == 1
-
 
 class TestSortingAndFiltering:
     @pytest.fixture
@@ -223,23 +187,6 @@ class TestSortingAndFiltering:
                 before = names(driver)
                 await driver.press("S")
                 assert names(driver) == before[::-1]
-
-    async def test_a_click_on_a_title_sorts(self, three, drive):
-        async with drive() as driver:
-            await driver.pilot.click("#runs", offset=(4, 0))
-            await driver.pilot.pause()
-            assert names(driver) == ["one", "three", "two"]
-
-    @pytest.mark.slow
-    async def test_the_filter_searches_name_plugins_and_state(self, three, drive):
-        async with drive() as driver:
-            await driver.press("slash")
-            await driver.type("tw puppet stop")
-            assert names(driver) == ["two"]
-            await driver.press("enter")
-            assert driver.app.focused is driver.screen.query_one("#runs")
-            await driver.press("escape")
-            assert len(names(driver)) == 3
 
     async def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
         async with drive() as driver:

@@ -124,18 +124,6 @@ async def test_joint_damage_is_checked_against_the_body(atlas, drive):
         assert screen.damage == ()
 
 
-@pytest.mark.slow
-async def test_damage_needs_a_body_with_legs_but_not_an_atlas(walk, drive):
-    path = walk()
-    async with drive() as driver:
-        driver.app.screen.show_screen("laboratory.Laboratory", path)
-        screen = await driver.at("Laboratory")
-        await driver.until(lambda: not screen.is_busy("read"))
-        assert "cannot be damaged" in screen.intact.canvas.placeholder()
-        assert "lab.joint" not in driver.offered()
-        assert screen.command_line() == f"gaitsim play {path}"
-
-
 LEGS = {name: (f"{name} coxa", f"{name} femur") for name in ("L1", "L2", "R1")}
 
 

@@ -3,8 +3,6 @@
 import asyncio
 import dataclasses
 import os
-import re
-import shutil
 import threading
 from contextlib import asynccontextmanager
 from functools import partial
@@ -43,7 +41,6 @@ pytestmark = [
     pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals"),
     pytest.mark.usefixtures("here"),
 ]
-PUPPETS = Path(__file__).parents[1] / "puppets"
 SLOW = "organism.pause=0.01"
 SIZES = [(80, 24), (160, 48)]
 STYLES = {name: Style() for name in [*COLOURS, "dim"]}
@@ -323,31 +320,6 @@ class TestSteering:
             assert (change.key, change.now) == ("fitness.price", 25)
 
     @pytest.mark.slow
-    async def test_the_initial_text_for_a_finished_run_is_accepted(self, make):
-        async with live(make(20)) as (screen, pilot):
-            await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            dialog = pilot.app.screen
-            await app_until(pilot, lambda: options_of(dialog))
-            typed, message = (
-                dialog.query_one("#change-text", Input),
-                dialog.query_one("#change-message"),
-            )
-            await app_until(pilot, lambda: "generation 30" in str(message.render()))
-            await pilot.press(*"fitness", "full_stop", *"price=4")
-            assert typed.value == "evolution.generations=30 fitness.price=4"
-            await app_until(pilot, lambda: "not comparable" in str(message.render()))
-            typed.value = "fitness.price=4"
-            await app_until(pilot, lambda: message.has_class("problem"))
-            assert "evolution.generations=" in str(message.render())
-            assert "--" not in str(message.render())
-            await pilot.click("#change-do")
-            await pilot.press("escape", "c")
-            await app_until(pilot, lambda: pilot.app.screen not in (screen, dialog))
-            await pilot.press("enter")
-            await app_until(pilot, lambda: screen.snapshot.generation == 30)
-
-    @pytest.mark.slow
     async def test_a_fork_does_not_change_the_original(self, make):
         run = make(0, SLOW, generations=100_000)
         async with live(run, resume=True) as (screen, pilot):
@@ -482,43 +454,12 @@ class TestProblems:
             await app_until(pilot, lambda: "cannot be drawn" in canvas.placeholder())
             assert "[red]" in canvas.placeholder()
 
-    @pytest.mark.slow
-    async def test_a_deleted_folder_is_reported(self, make):
-        run = make(3, SLOW, generations=100_000)
-        async with live(run, resume=True) as (screen, pilot):
-            await app_until(pilot, lambda: screen.snapshot.generation > 4)
-            while run.exists():
-                shutil.rmtree(run, ignore_errors=True)
-            await app_until(pilot, lambda: screen.process is None)
-            assert screen.state == "failed"
-            assert "runs/walk" in problem(screen)
-            await pilot.press("space")
-            await app_until(pilot, lambda: screen.process is None)
-            assert problem(screen)
-            await pilot.press("escape")
-            await app_until(pilot, lambda: pilot.app.screen is not screen)
-
     async def test_a_damaged_run_is_reported(self, make):
         run = make(3)
         (run / "history.csv").write_text("")
         async with live(run) as (screen, _pilot):
             assert screen.state == "failed"
             assert "history.csv ends at generation 0" in problem(screen)
-
-    @pytest.mark.slow
-    async def test_a_second_stop_kills_the_process(self, make):
-        run = make(2, "organism.pause=0", generations=100_000)
-        toml = run / "experiment.toml"
-        toml.write_text(re.sub(r"pause = [\d.]+", "pause = 1000.0", toml.read_text()))
-        async with live(run, resume=True) as (screen, pilot):
-            await app_until(
-                pilot, lambda: screen.snapshot.stage == 2
-            )  # it is re-evaluated, which takes long
-            await pilot.press("s")
-            await app_until(pilot, lambda: "stop immediately" in text(screen, "#live-status"))
-            await pilot.press("s")
-            await app_until(pilot, lambda: screen.process is None)
-        assert RunSnapshot(run).generation == 2
 
     async def test_missing_rows_are_read_from_the_folder(self, make):
         async with live(make(7)) as (screen, pilot):

@@ -109,27 +109,6 @@ class TestForms:
             await enter(driver, screen, field, "")
             assert screen.validation.experiment.organism.shape.startswith("<a/>")
 
-    @pytest.mark.slow
-    async def test_a_choice_lists_its_values(self, fill):
-        async with fill(begin="spider") as (driver, screen):
-            field = (await open_section(driver, screen, "organism"))["organism.encoding"]
-            found = choices(field.query_one(Select))
-            assert found == ["sine", "cpg", "recurrence"]
-            field.query_one(Select).value = "cpg"
-            await driver.until(lambda: "organism.encoding=cpg" in screen.command_line())
-
-    @pytest.mark.slow
-    async def test_an_unset_option_is_marked(self, fill):
-        async with fill() as (driver, screen):
-            field = (await open_section(driver, screen, "evolution"))["evolution.target_score"]
-            box = field.query_one(Input)
-            assert (box.value, box.placeholder) == ("", "none")
-            await enter(driver, screen, field, "3")
-            assert screen.validation.experiment.evolution.target_score == 3
-            await enter(driver, screen, field, "")
-            assert screen.validation.experiment.evolution.target_score is None
-            assert not screen.builder.changes
-
 
 class TestSearch:
     @pytest.mark.slow
@@ -233,19 +212,6 @@ class TestDrafts:
             await driver.press("q")
             await driver.until(lambda: not driver.app.is_running)
 
-    @pytest.mark.slow
-    async def test_a_saved_experiment_is_not_a_draft(self, fill):
-        async with fill() as (driver, screen):
-            screen.query_one("#seed", Input).value = "5"
-            await driver.until(lambda: screen.builder.changes)
-            await driver.press("ctrl+s")
-            (await driver.at("Ask")).query_one(Input).value = "mine"
-            await driver.press("enter")
-            await driver.until(lambda: "Saved" in driver.notifications())
-            await driver.press("escape")
-            await driver.at("Home")
-            assert not driver.app.drafts
-
 
 class TestValidation:
     @pytest.mark.slow
@@ -261,16 +227,6 @@ class TestValidation:
             assert not field.has_class("-wrong")
             assert str(tab.label) == TITLES["fitness"]
             assert "Ready to run" in status(screen)
-
-    @pytest.mark.slow
-    @pytest.mark.parametrize(("key", "text"), [("name", "a/b"), ("seed", "x"), ("seed", "-1")])
-    async def test_name_and_seed(self, fill, key, text):
-        async with fill() as (driver, screen):
-            before = screen.validation
-            screen.query_one(f"#{key}", Input).value = text
-            await driver.until(lambda: screen.validation is not before)
-            assert key in screen.validation.problems
-            assert screen.query_one(f"#{key}").has_class("-wrong")
 
 
 class TestPlugins:
@@ -374,17 +330,6 @@ class TestStartingAndSaving:
             await driver.press("ctrl+r")
             await driver.until(lambda: "cannot read" in status(screen))
             assert driver.screen is screen
-
-    @pytest.mark.slow
-    async def test_the_name_of_the_new_run_is_shown(self, fill):
-        Path("runs/puppet").mkdir(parents=True)
-        Path("runs/puppet-2").symlink_to("nowhere")
-        async with fill() as (driver, screen):
-            assert status(screen) == "✓ Ready to run as runs/puppet-3"
-            await driver.press("ctrl+r")
-            live = await driver.at("Live")
-            assert live.run == Path("runs/puppet-3")
-            await stop_run(driver, live)
 
     @pytest.mark.slow
     async def test_run_focuses_the_first_invalid_option(self, fill):

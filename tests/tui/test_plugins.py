@@ -129,22 +129,6 @@ async def test_an_unreadable_installation_is_reported(look, monkeypatch):
 
 
 @pytest.mark.slow
-async def test_a_body_or_a_preset_opens_a_new_run(look):
-    async with look() as driver:
-        for key, name in (("organism fly", "fly"), (f"{EXPERIMENTS} millipede", "millipede")):
-            await go(driver, key)
-            assert "plugins.new" in driver.offered()
-            await driver.press("enter")
-            screen = await driver.at("New")
-            await driver.until(lambda screen=screen: screen.validation is not None)
-            assert screen.validation.forms["organism"].plugin == name
-            await driver.press("escape")
-            await driver.at("Plugins")
-        await go(driver, "mutation gaussian")
-        assert "plugins.new" not in driver.offered()
-
-
-@pytest.mark.slow
 async def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
     broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"
     folder = install("odd", working + broken, {"organism": {"odd": "X"}})

@@ -338,16 +338,6 @@ class TestCamera:
             assert not screen.selections
             assert screen.get_selected_text() is None
 
-    async def test_keys_work_wherever_the_focus_is(self, walk):
-        async with replay(walk()) as (screen, pilot):
-            screen.query_one("#frame", Scrubber).focus()
-            await press(pilot, "v", "plus", "f")
-            view = screen.pane.canvas.view
-            assert (view.name, view.follow) == ("side", False)
-            assert "whole path" in screen.sub_title
-            await press(pilot, "minus", "0")
-            assert screen.pane.canvas.view.name == "iso"
-
     async def test_both_bodies_share_the_camera(self, walk):
         async with replay(walk(), beside=walk("other")) as (screen, pilot):
             screen.panes[1].canvas.focus()
@@ -372,38 +362,8 @@ class TestTwoBodies:
             await pilot.pause()
             assert (short.frame, long.frame) == (5, 5)
 
-    @pytest.mark.slow
-    async def test_split_shows_the_first_generation_beside_it(self, walk):
-        async with replay(walk(), generation=4) as (screen, pilot):
-            await press(pilot, "s")
-            assert [pane.shown.generation for pane in screen.panes][1] == 1
-            screen.panes[1].canvas.focus()
-            await press(pilot, "right_square_bracket")
-            assert screen.panes[1].shown.generation == 2
-            assert screen.panes[0].shown.generation == 4
-            await press(pilot, "s")
-            assert len(screen.panes) == 1
-            assert screen.leader is screen.panes[0].canvas
-
 
 class TestLayout:
-    @pytest.mark.slow
-    async def test_measures_can_be_shown_on_narrow_screens_and_scrolled(self, walk):
-        async with replay(walk("walk", "organism.many=30")) as (screen, pilot):
-            pane = screen.pane
-            assert not pane.measures_shown
-            await press(pilot, "m")
-            assert pane.measures_shown
-            scroll = pane.numbers
-            assert scroll.has_focus
-            measures = str(pane.query_one(".measures").render())
-            assert all(f"measure {number} " in measures for number in range(30))
-            assert "terms of the score\ndistance" in measures
-            assert scroll.show_vertical_scrollbar
-            assert scroll.max_scroll_y + scroll.size.height == 35
-            await press(pilot, "G")
-            await app_until(pilot, lambda: scroll.scroll_y == scroll.max_scroll_y)
-
     async def test_a_body_without_feet_has_no_footfalls(self, walk):
         async with replay(walk("fly", "organism.feet=false")) as (screen, _pilot):
             assert not screen.pane.query_one(FootfallStrip).display

@@ -12,7 +12,6 @@ import pytest
 from textual.binding import Binding
 from textual.widgets import Input, Static
 from textual.widgets._footer import FooterKey
-from waiting import strips
 
 import gaitsim.tui
 from gaitsim.tui.actions import ACTIONS, NAMED, bindings
@@ -23,7 +22,6 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.help import targets
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm
-from gaitsim.tui.themes import THEMES
 from gaitsim.tui.widgets.footer import MORE, Footer, Item, fit_items
 
 
@@ -153,19 +151,6 @@ class TestHelp:
             assert cells[1][cells[2].index("home.mark")] == "Mark the run, to act on several"
             await driver.press("escape")
             await driver.at("Home")
-
-    async def test_a_click_on_a_key_presses_it(self, walk, drive):
-        walk()
-        async with drive() as driver:
-            await driver.press("question_mark")
-            await driver.at("Help")
-            table = driver.screen.query_one("#help-keys")
-            lines = [strip.text for strip in strips(table)]
-            row = next(row for row, line in enumerate(lines) if "home.plugins" in line)
-            driver.screen.query_one("#help").scroll_to(y=row, animate=False)
-            await driver.pilot.pause()
-            await driver.pilot.click(table, offset=(20, row))
-            await driver.at("Plugins")
 
 
 class TestViKeys:
@@ -323,17 +308,6 @@ class TestJump:
 
 
 class TestThemes:
-    async def test_the_requested_theme_is_used(self, walk, drive):
-        walk()
-        async with drive(theme=THEMES[1].name) as driver:
-            assert driver.app.theme == THEMES[1].name
-            for theme in THEMES:  # help can be shown in each
-                driver.app.theme = theme.name
-                await driver.press("question_mark")
-                await driver.at("Help")
-                await driver.press("escape")
-                await driver.at("Home")
-
     async def test_a_chosen_theme_is_stored(self, here, drive, config):
         settings = config("")
         async with drive(config=settings) as driver:
