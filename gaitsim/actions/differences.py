@@ -97,7 +97,8 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
 
     from gaitsim.console.characters import LINES, lines
     from gaitsim.console.printing import output, print_table
-    from gaitsim.render.terminal.curve_view import CurveView, run_curves
+    from gaitsim.render.series import run_curves
+    from gaitsim.render.terminal.curve_view import CurveView
     from gaitsim.render.terminal.curves import plot, sample
     from gaitsim.render.terminal.text import visible
     from gaitsim.study.compare_runs import comparison_table, quantity_label

@@ -24,7 +24,7 @@ def attach(run: RunName, json: Json = False) -> None:
     """
     from gaitsim.cli.evolving import find_evolving, follow_run, not_evolving
     from gaitsim.cli.run_view import summarise
-    from gaitsim.runs.files.lock import is_locked
+    from gaitsim.runs.lock import is_locked
 
     found = find_evolving(run)
     path, in_background = found.path, found.process is not None

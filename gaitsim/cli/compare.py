@@ -101,7 +101,7 @@ def compare(
     from gaitsim.cli.compare_worlds import rank_runs
     from gaitsim.console.unseen import check_worlds
     from gaitsim.experiment import parse_assignments
-    from gaitsim.runs.files.lock import RunLock
+    from gaitsim.runs.lock import RunLock
     from gaitsim.study.comparison import (
         analyse,
         check_request,

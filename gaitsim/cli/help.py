@@ -1,4 +1,4 @@
-"""Command groups that import lazily, and the style of `--help` and of usage errors."""
+"""StyledCommand groups that import lazily, and the style of `--help` and of usage errors."""
 
 import gc
 import inspect
@@ -33,7 +33,7 @@ _EXAMPLES = "[bold]Example"
 _UNUSED = ("rich.markdown", "rich.traceback")
 
 
-class Command(TyperCommand):
+class StyledCommand(TyperCommand):
     """A command with gaitsim's style of help and errors."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -122,7 +122,7 @@ class LazyGroup(TyperGroup):
         app = found.get("app")
         if app is None:
             app = typer.Typer(rich_markup_mode="rich", add_completion=False)
-            app.command(name, cls=Command)(found.get(name) or found[f"{name}_"])
+            app.command(name, cls=StyledCommand)(found.get(name) or found[f"{name}_"])
         return get_command(app)
 
 

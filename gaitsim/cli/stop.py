@@ -87,7 +87,7 @@ def _relative(run: Path) -> Path:
 def _find_evolving(name: str) -> RunSnapshot:
     """Return a background run."""
     from gaitsim.cli.evolving import find_evolving, not_evolving
-    from gaitsim.runs.files.lock import RunLock
+    from gaitsim.runs.lock import RunLock
 
     run = find_evolving(name)
     if run.process is None:

@@ -65,7 +65,7 @@ def study(
     """
     from gaitsim.cli.cluster import cluster
     from gaitsim.render.plots.surfaces import plot_surfaces
-    from gaitsim.runs.files.lock import RunLock
+    from gaitsim.runs.lock import RunLock
     from gaitsim.study.file import STUDY, cells, experiment_files, read_study
     from gaitsim.study.results import TABLE, rule, summary, title, write_results
     from gaitsim.study.running import results

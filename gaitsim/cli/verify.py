@@ -221,7 +221,7 @@ def _print(path: str, verdict: Verdict) -> None:
 def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
     """Say before the verdict that results may differ here, unless they are portable."""
     from gaitsim.experiment import PORTABLE
-    from gaitsim.runs.files.provenance import MACHINE
+    from gaitsim.runs.provenance import MACHINE
 
     name, _, meaning = portability.partition(": ")
     machine = tuple(f"{part}: " for part in MACHINE)

@@ -11,7 +11,7 @@ from gaitsim.individual import Choice, Individual
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import RUNS, find_run, holds_run
-from gaitsim.runs.files.provenance import current_versions
+from gaitsim.runs.provenance import current_versions
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import Challenge, verify_challenge
 from gaitsim.sharing.code import LONGEST, looks_like_code

@@ -5,7 +5,7 @@ from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, BeforeValidator
 
@@ -13,11 +13,10 @@ from gaitsim.choices import Theme
 from gaitsim.contracts.plugin import Plugin, option
 from gaitsim.errors import GaitsimError
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from gaitsim.individual import Individual
-    from gaitsim.runs.snapshot import RunSnapshot
+# Contracts import nothing that stands on them.
+Individual = Any  # gaitsim.Individual
+RunSnapshot = Any  # gaitsim.runs.snapshot.RunSnapshot
+Figure = Any  # matplotlib.figure.Figure
 
 Input = Literal["run", "individual", "individuals"]
 
@@ -72,18 +71,18 @@ class Subject:
         advance: function called with the number of items finished since the last call.
     """
 
-    run: "RunSnapshot | None"
-    individuals: "tuple[Individual, ...]" = ()
+    run: RunSnapshot | None
+    individuals: tuple[Individual, ...] = ()
     begin: Callable[[int], object] = lambda total: None
     advance: Callable[[int], object] = lambda done: None
 
     @property
-    def individual(self) -> "Individual":
+    def individual(self) -> Individual:
         """The individual, for products that show only one."""
         return self.individuals[0]
 
     @property
-    def whole_run(self) -> "RunSnapshot":
+    def whole_run(self) -> RunSnapshot:
         """The run, for products that show a whole run."""
         assert self.run is not None, "the input of this product is a run"
         return self.run
@@ -109,7 +108,7 @@ class Product(Plugin):
     input: ClassVar[Input] = "individual"
     items: ClassVar[str] = ""
 
-    def check(self, individual: "Individual") -> None:
+    def check(self, individual: Individual) -> None:
         """Check that the individual's run, body and motion have the data.
 
         Raises:
@@ -134,7 +133,7 @@ class Plot(Product):
         """Raise a `NothingToPlotError` if `gaitsim plot --kind all` should omit the plot."""
 
     @abstractmethod
-    def draw(self, subject: Subject) -> "Figure":
+    def draw(self, subject: Subject) -> Figure:
         """Return the figure, at the width of a journal column.
 
         Raises:

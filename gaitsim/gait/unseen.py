@@ -90,6 +90,11 @@ class UnseenResults(ReprMixin):
         return int(self.fell.sum())
 
     @property
+    def falls_in_words(self) -> str:
+        """Number of worlds in which the body falls, such as '3 falls'."""
+        return {0: "no falls", 1: "1 fall"}.get(self.falls, f"{self.falls:,} falls")
+
+    @property
     def failures(self) -> tuple[str, ...]:
         """The reasons for failed motions, in the order of the worlds."""
         return tuple(one.failure for one in self.outcomes if one.failure)

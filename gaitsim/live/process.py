@@ -27,7 +27,7 @@ from gaitsim.runs.background import (
     last_failure,
     runtime_file,
 )
-from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.lock import RunLock
 from gaitsim.runs.resume import ResumeOptions, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import text

@@ -12,8 +12,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best, Clock, Event, Snapshot, Speed, snapshot_of
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import champion_file, deleted_or_moved, saved_champions
-from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.growing import HistoryBuffer, RunFollower
+from gaitsim.runs.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import RunStage, restore_generation
 

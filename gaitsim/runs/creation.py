@@ -28,8 +28,8 @@ from gaitsim.runs.files.folder import (
     find_run,
     saved_champions,
 )
-from gaitsim.runs.files.provenance import provenance_bytes, read_provenance
 from gaitsim.runs.files.tables import first_rows
+from gaitsim.runs.provenance import provenance_bytes, read_provenance
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 

@@ -17,7 +17,7 @@ from gaitsim.runs.files.atomic import (
     writing,
 )
 from gaitsim.runs.files.folder import NOTE, find_run, resolve_run
-from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.lock import RunLock
 
 LARGEST = 50_000  # bytes
 

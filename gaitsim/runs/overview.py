@@ -21,7 +21,7 @@ from gaitsim.runs.background import (
 )
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT, HISTORY, list_runs
-from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.lock import is_locked
 from gaitsim.stopping import SearchProgress, stop_reason
 
 LARGEST = 2**30  # bytes of a history that is read

@@ -23,7 +23,7 @@ from gaitsim.runs.consistency import (
 from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS
 from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.files.provenance import Provenance, current_versions, differences, read_provenance
+from gaitsim.runs.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.runs.resume import start_genome
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, restore_generation

@@ -43,9 +43,9 @@ from gaitsim.runs.files.folder import (
     deleted_or_moved,
     saved_champions,
 )
-from gaitsim.runs.files.lock import RunLock
-from gaitsim.runs.files.provenance import current_versions, write_provenance
 from gaitsim.runs.files.records import RecordFiles
+from gaitsim.runs.lock import RunLock
+from gaitsim.runs.provenance import current_versions, write_provenance
 from gaitsim.runs.resume import ResumeOptions, ResumePlan, plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 

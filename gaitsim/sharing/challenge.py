@@ -22,7 +22,8 @@ from gaitsim.individual import Individual, Member
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch, missing_packages
 from gaitsim.runs.files.checkpoint import Champion
 from gaitsim.runs.files.folder import holds_run
-from gaitsim.runs.files.provenance import (
+from gaitsim.runs.files.schema import Name
+from gaitsim.runs.provenance import (
     MACHINE,
     RESULTS,
     Provenance,
@@ -30,7 +31,6 @@ from gaitsim.runs.files.provenance import (
     differences,
     read_provenance,
 )
-from gaitsim.runs.files.schema import Name
 from gaitsim.sharing.code import WHERE, decode, encode, invalid
 from gaitsim.toml import LARGEST
 

@@ -108,7 +108,7 @@ class RunExporter(Exporter):
     input: ClassVar["Input"] = "run"
 
 
-class Atlas(RunExporter):
+class AtlasPage(RunExporter):
     """A web page with the archive as a map of animated gaits."""
 
     title: ClassVar[str] = "Archive as a web page"

@@ -153,7 +153,7 @@ class Feetech(BusExporter):
     format: ClassVar[str] = "feetech"
 
 
-class Servo(CalibratedExporter):
+class ServoTable(CalibratedExporter):
     """Angles of servos, as CSV."""
 
     title: ClassVar[str] = "Servo keyframes"

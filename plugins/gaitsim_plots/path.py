@@ -29,7 +29,7 @@ _MIN_EXTENT = 1e-6  # m; anything smaller is a point
 
 
 @dataclass(frozen=True, eq=False)
-class Scene:
+class PathScene:
     """The path and the bodies to draw.
 
     Attributes:
@@ -92,7 +92,7 @@ def path_figure(
     return figure
 
 
-def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
+def scene_of(skeleton: Skeleton, part: slice) -> PathScene | None:
     """Return the scene of a part of a motion; None if no frame of it is finite.
 
     The body is drawn at the start, at the end, and in between as often as fits without overlap.
@@ -114,7 +114,7 @@ def scene_of(skeleton: Skeleton, part: slice) -> Scene | None:
     count = max(count, 2 if gone[-1] > 0.05 * extent else 1)
     at = np.searchsorted(gone, np.linspace(0, gone[-1], count) - 1e-12)
     bodies = path[at, None, None] + factor * (segments[at] - path[at, None, None])
-    return Scene(path, bodies, at, factor)
+    return PathScene(path, bodies, at, factor)
 
 
 def _panels(low: Floats, high: Floats) -> tuple["Figure", "Axes", "Axes", float]:
@@ -148,7 +148,7 @@ def _points_per_metre(figure: "Figure", axes: "Axes") -> float:
 
 
 def _draw_corner_view(
-    axes: "Axes", scene: Scene, low: Floats, high: Floats, scale: float, theme: Theme
+    axes: "Axes", scene: PathScene, low: Floats, high: Floats, scale: float, theme: Theme
 ) -> None:
     corner = draw_floor(axes, low, high, scale, theme)
     if high[2] - low[2] > _MIN_HEIGHT_RATIO * (high - low)[:2].max():
@@ -165,7 +165,7 @@ def _draw_corner_view(
     axes.set_axis_off()
 
 
-def _draw_flat_view(axes: "Axes", scene: Scene, shown: tuple[int, int], theme: Theme) -> None:
+def _draw_flat_view(axes: "Axes", scene: PathScene, shown: tuple[int, int], theme: Theme) -> None:
     """Draw a view along an axis, with the two other axes."""
     _draw_bodies(axes, scene.bodies[..., shown], theme)
     _draw_path(axes, scene.path[:, shown], theme)

@@ -8,8 +8,8 @@ import pytest
 import gaitsim as gs
 from gaitsim.errors import RunError
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.growing import overview
+from gaitsim.runs.lock import RunLock
 from gaitsim.runs.manage import LARGEST, read_note, rename_run, write_note
 
 

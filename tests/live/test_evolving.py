@@ -13,7 +13,7 @@ from gaitsim.live.evolving import CommandQueue, evolve_live
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.reporter import Reporter
 from gaitsim.runs import writer as writing
-from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.lock import RunLock
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

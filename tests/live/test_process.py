@@ -11,7 +11,7 @@ import pytest
 
 from gaitsim.live.process import RunProcess, background_state, start_detached, stop
 from gaitsim.runs.background import last_failure
-from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")

@@ -5,7 +5,7 @@ import pytest
 
 from gaitsim.errors import PluginError, RunError
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.lock import is_locked
+from gaitsim.runs.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 

@@ -7,12 +7,12 @@ import pytest
 from filelock import FileLock
 
 from gaitsim.errors import RunError
-from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.lock import RunLock, is_locked
 
 HOLD = """
 import sys
 from pathlib import Path
-from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.lock import RunLock
 lock = RunLock(Path(sys.argv[1]))
 print("locked", flush=True)
 sys.stdin.read()

@@ -13,8 +13,8 @@ from gaitsim.runs.creation import champion_of, create_run
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.files.checkpoint import read_champion
 from gaitsim.runs.files.history import read_history, read_islands, read_records
-from gaitsim.runs.files.provenance import read_provenance
 from gaitsim.runs.files.records import RECORD
+from gaitsim.runs.provenance import read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.usefixtures("here")

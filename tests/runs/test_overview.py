@@ -5,8 +5,8 @@ import pytest
 from run_helpers import evolve_run
 
 from gaitsim.runs.files import safe_pickle
-from gaitsim.runs.files.lock import RunLock
 from gaitsim.runs.growing import overview
+from gaitsim.runs.lock import RunLock
 from gaitsim.runs.overview import list_overviews
 
 COMPARED = ("path", "state", "plugins", "generation", "generations", "best", "stage", "failure")

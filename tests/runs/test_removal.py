@@ -10,7 +10,7 @@ import pytest
 from gaitsim.errors import RunError
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.folder import list_runs
-from gaitsim.runs.files.lock import RunLock
+from gaitsim.runs.lock import RunLock
 from gaitsim.runs.manage import delete_run
 
 

@@ -13,8 +13,8 @@ from gaitsim.experiment import parse_assignments, with_overrides
 from gaitsim.runs.consistency import expected_chain
 from gaitsim.runs.creation import champion_of, create_run, fork_run
 from gaitsim.runs.files.checkpoint import pack, read_champion, read_checkpoint
-from gaitsim.runs.files.provenance import read_provenance, write_provenance
 from gaitsim.runs.files.records import RECORD, SIZE, genomes_checksum, scores_checksum
+from gaitsim.runs.provenance import read_provenance, write_provenance
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import restore_generation
 from gaitsim.runs.verification import sample

@@ -9,7 +9,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.runs.files.provenance import read_provenance
+from gaitsim.runs.provenance import read_provenance
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import Challenge, code_of, verify_challenge
 

@@ -10,8 +10,9 @@ from textual.app import App
 from textual.events import MouseScrollUp
 from waiting import strips
 
+from gaitsim.render.series import Series
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import CurveView, Scale, Series, frame_of, smooth_series
+from gaitsim.render.terminal.curve_view import CurveView, Scale, frame_of, smooth_series
 from gaitsim.render.terminal.curves import plot, thin_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 from gaitsim.tui.widgets.cells import Cells

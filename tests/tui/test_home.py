@@ -13,7 +13,7 @@ from textual.widgets import Input, Static
 
 from gaitsim.live.process import background_state, start_detached
 from gaitsim.runs import growing
-from gaitsim.runs.files.lock import RunLock, is_locked
+from gaitsim.runs.lock import RunLock, is_locked
 from gaitsim.runs.manage import read_note, write_note
 from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home

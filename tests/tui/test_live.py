@@ -22,8 +22,8 @@ from gaitsim.experiment import load_experiment
 from gaitsim.live.process import background_state
 from gaitsim.live.protocol import Best, Event, RankedIndividual, Snapshot
 from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.lock import is_locked
 from gaitsim.runs.growing import HistoryBuffer
+from gaitsim.runs.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp

@@ -8,7 +8,7 @@ from gaitsim.errors import RunError
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
-from gaitsim.render.terminal.curve_view import run_curves
+from gaitsim.render.series import run_curves
 from gaitsim.study.compare_runs import ComparedRun, quantity_label, warning
 
 

@@ -9,7 +9,6 @@ from gaitsim.gait.sensitivity import PARTS
 from gaitsim.gait.unseen import UnseenResults
 from gaitsim.render.plots.labels import add_heading, format_number
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
-from gaitsim.render.terminal.explanation import format_falls, spaced
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,7 +54,7 @@ def worlds_figure(found: UnseenResults, heading: str, theme: Theme = LIGHT) -> "
 
 def heading_of_worlds(found: UnseenResults, title: str) -> str:
     """Return the heading of the figure: the title, the number of worlds and of falls."""
-    return f"{title}: {len(found.worlds):,} unseen worlds, {format_falls(found)}"
+    return f"{title}: {len(found.worlds):,} unseen worlds, {found.falls_in_words}"
 
 
 def _draw_distribution(axes: "Axes", found: UnseenResults, theme: Theme) -> None:
@@ -110,7 +109,7 @@ def _draw_condition(axes: "Axes", found: UnseenResults, name: str, theme: Theme)
                 )
         axes.set_xlim(low, high)
     unit = f" ({found.units[name]})" if found.units[name] else ""
-    axes.set_xlabel(f"{spaced(name)}{unit}")
+    axes.set_xlabel(name.replace("_", " ") + unit)
     axes.locator_params(axis="x", nbins=4)
 
 

@@ -1,16 +1,14 @@
 """The view of curves: visible range, smoothing and logarithmic axes."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.render.series import Series
 from gaitsim.render.terminal.braille import Dots
-
-if TYPE_CHECKING:
-    from gaitsim.study.compare_runs import ComparedRun
 
 # A few very low scores, for example in the first generations, would flatten the rest of the
 # curves.
@@ -20,42 +18,6 @@ MIN_OUTLIER_DISTANCE = (
 )
 MAX_VALUE = 1e300  # limit of values, so that the difference of two is finite
 WINDOWS = (1, 5, 25, 125)  # widths of the median filter of smoothed curves, generations
-
-
-@dataclass(frozen=True, eq=False)
-class Series:
-    """One curve.
-
-    Attributes:
-        name: name in the legend.
-        x: (points,), in ascending order.
-        y: (points,); values that are not finite leave gaps.
-        stages: ascending indices of the points at which the later stages begin. The line is
-            broken there, and each stage is smoothed separately, as its fitness may differ.
-        incomparable: whether the values cannot be compared with the other curves. The
-            curve is then drawn faint, each stage on its own scale.
-    """
-
-    name: str
-    x: NDArray[Any]
-    y: NDArray[Any]
-    stages: tuple[int, ...] = ()
-    incomparable: bool = False
-
-
-def run_curves(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Series]:
-    """Return the curve of each run with at least one generation, for terminals and figures.
-
-    Args:
-        runs: the runs to compare.
-        quantity: vertical axis, a name in `gaitsim.study.compare_runs.QUANTITIES`.
-        by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
-    """
-    return [
-        Series(one.label, one.axis(by), one.history[quantity], one.stage_starts)
-        for one in runs
-        if one.history
-    ]
 
 
 @dataclass(frozen=True)

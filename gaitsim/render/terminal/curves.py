@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.render.series import Series
 from gaitsim.render.terminal.braille import (
     HIGH,
     SPACE,
@@ -18,14 +19,7 @@ from gaitsim.render.terminal.braille import (
     draw_points,
     empty,
 )
-from gaitsim.render.terminal.curve_view import (
-    CurveView,
-    Frame,
-    Scale,
-    Series,
-    frame_of,
-    smooth_series,
-)
+from gaitsim.render.terminal.curve_view import CurveView, Frame, Scale, frame_of, smooth_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
 BLOCKS = "▁▂▃▄▅▆▇█"

@@ -177,7 +177,7 @@ def world_results(found: UnseenResults) -> Iterator[Passage]:
     nominal = " It falls in the nominal world, too." if found.nominal.fell else ""
     moves = found.measure == SCORE or max(found.quantile(1.0), found.nominal.result) > 0
     nowhere = "" if moves else "It does not move forward in any world."
-    notes = [f"{format_falls(found).capitalize()}.{nominal}"]
+    notes = [f"{found.falls_in_words.capitalize()}.{nominal}"]
     if found.failures:
         notes.append(f"A motion fails: {found.failures[0]}")
     notes.append(f"Worlds: seed {found.seed}; {', '.join(format_spans(found))}.")
@@ -221,12 +221,12 @@ def _harmful_conditions(found: UnseenResults) -> Passage:
 def summary_line(found: UnseenResults) -> str:
     """Return a summary on one line, such as 'In 100 unseen worlds: median 1.92 m, …'."""
     unit = f" {found.unit}".rstrip()
-    condition = spaced(found.effects[0].condition) if found.effects else ""
+    condition = found.effects[0].condition.replace("_", " ") if found.effects else ""
     worst = f"; most sensitive to {condition}" if condition else ""
     worlds = f"{len(found.worlds):,} unseen world{'s' * (len(found.worlds) != 1)}"
     return (
         f"In {worlds}: median {format_or_dash(found.median, 2)}{unit}, worst tenth "
-        f"{format_or_dash(found.worst_tenth, 2)}{unit}, {format_falls(found)}{worst}"
+        f"{format_or_dash(found.worst_tenth, 2)}{unit}, {found.falls_in_words}{worst}"
     )
 
 
@@ -235,11 +235,6 @@ def format_strongest(found: UnseenResults) -> str:
     if not found.effects:
         return "–"
     return f"{found.effects[0].condition} {format_range(found.effects[0], found)}"
-
-
-def format_falls(found: UnseenResults) -> str:
-    """Return the number of worlds in which the body falls, such as '3 falls'."""
-    return {0: "no falls", 1: "1 fall"}.get(found.falls, f"{found.falls:,} falls")
 
 
 def format_range(effect: Effect, found: UnseenResults) -> str:
@@ -260,11 +255,6 @@ def format_range(effect: Effect, found: UnseenResults) -> str:
 def format_quantity(value: float, unit: str) -> str:
     """Return a value of a condition with its unit, such as '0.05 s' or '3°'."""
     return f"{_short(value)}{unit if unit == '°' else f' {unit}'.rstrip()}"
-
-
-def spaced(condition: str) -> str:
-    """Return the name of a condition with spaces, such as 'side slope'."""
-    return condition.replace("_", " ")
 
 
 def format_percent(share: float) -> str:

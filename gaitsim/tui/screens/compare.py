@@ -12,7 +12,7 @@ from textual.app import ComposeResult
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from gaitsim.render.terminal.curve_view import run_curves
+from gaitsim.render.series import run_curves
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.study.compare_runs import (

@@ -4,7 +4,7 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
-from gaitsim.render.terminal.curve_view import Series
+from gaitsim.render.series import Series
 from gaitsim.tui.screens.replay_loading import LoadedIndividual
 
 

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from rich.style import Style
 from rich.text import Text
 
-from gaitsim.render.terminal.curve_view import Series, nearest
+from gaitsim.render.series import Series
+from gaitsim.render.terminal.curve_view import nearest
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 

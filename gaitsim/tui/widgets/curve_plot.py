@@ -8,8 +8,9 @@ from rich.text import Text
 from textual import events
 from textual.message import Message
 
+from gaitsim.render.series import Series
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import CurveView, Frame, Series, frame_of, smooth_series
+from gaitsim.render.terminal.curve_view import CurveView, Frame, frame_of, smooth_series
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 # Okabe & Ito (2008), as in plots; darker on a light background, for contrast.

@@ -10,7 +10,8 @@ from textual.app import ComposeResult
 from textual.widget import Widget
 from textual.widgets import Static
 
-from gaitsim.render.terminal.curve_view import WINDOWS, CurveView, Scale, Series, nearest
+from gaitsim.render.series import Series
+from gaitsim.render.terminal.curve_view import WINDOWS, CurveView, Scale, nearest
 from gaitsim.render.terminal.curves import points_in_view
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.widgets.curve_legend import TOOL, legend
