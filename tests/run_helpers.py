@@ -1,6 +1,7 @@
 """Helpers that evolve runs, interrupt them, and compare their files."""
 
 import hashlib
+import json
 import struct
 from functools import partial
 
@@ -55,6 +56,15 @@ def assert_same(one, other):
     for a, b in zip(*champions, strict=True):
         assert a.read_bytes() == b.read_bytes()
     assert one.generation == other.generation
+
+
+def strict(text):
+    """Parse standard JSON, which has no NaN."""
+
+    def reject(constant):
+        raise AssertionError(constant)
+
+    return json.loads(text, parse_constant=reject)
 
 
 def names(path):

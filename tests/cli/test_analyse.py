@@ -1,11 +1,11 @@
 """Input and output of `gaitsim analyse`."""
 
-import json
 import re
 from pathlib import Path
 
 import numpy as np
 import pytest
+from run_helpers import strict
 
 from gaitsim.gait import analyse_individual, with_damage
 from gaitsim.gait.gait_files import gait_of, write_gait
@@ -13,13 +13,6 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 SMALL = ("--population", 10, "--generations", 3)
-
-
-def strict(text):
-    def reject(constant):
-        raise AssertionError(constant)
-
-    return json.loads(text, parse_constant=reject)
 
 
 @pytest.fixture

@@ -1,10 +1,8 @@
 """Runs with islands are bit-identical with any workers, and after being killed."""
 
-import json
 import os
 
 import pytest
-from waiting import until
 
 SLOW = """
 import time
@@ -68,27 +66,3 @@ def test_runs_are_bit_identical_with_and_without_worker_processes(evolve, gaitsi
         line for line in gaitsim("show", "two").stdout.splitlines() if line.startswith("4 islands")
     ]
     assert line == "4 islands on a ring; every 5 generations the best 1 of each migrate"
-
-
-@pytest.mark.slow
-def test_runs_are_bit_identical_with_dask(evolve):
-    pytest.importorskip("distributed")
-    assert evolve("cluster", "--dask", "local", "--workers", 2) == evolve("alone", "--workers", 1)
-
-
-@pytest.mark.slow
-def test_a_run_killed_in_an_epoch_is_bit_identical_after_resuming(
-    evolve, start, gaitsim, puppet_file, tmp_path
-):
-    alone = evolve("alone", "--workers", 1)
-    process = start("run", puppet_file, *ISLANDS, "--out", "killed", "--workers", 2)
-    history = tmp_path / "killed/history.csv"
-    until(lambda: history.exists() and history.read_text().count("\n") > 6)
-    process.kill()
-    process.wait()
-    # The process may have been killed between the rows and the checkpoint of the same save; the
-    # first generation was saved alone.
-    found = json.loads(gaitsim("show", "killed", "--json").stdout)
-    assert 1 <= found["generation"] <= 13
-    gaitsim("resume", "killed", "--workers", 1)
-    assert gaitsim("show", "killed", "--fingerprint").stdout == alone

@@ -6,23 +6,6 @@ from pathlib import Path
 import pytest
 
 
-@pytest.mark.slow
-def test_a_new_package_passes_its_check(gaitsim):
-    said = gaitsim("plugins", "new", "hopper").stdout
-    assert "hopper: created a package for the organism 'hopper'" in said
-    assert "gaitsim plugins check ./hopper" in said
-    assert "pip install -e ./hopper" in said
-    done = gaitsim("plugins", "check", "hopper", "--strict")
-    lines = done.stdout.splitlines()
-    assert [line.split()[:3] for line in lines] == [
-        ["✓", "organism", "hopper"],
-        ["✓", "fitness", "hopper-distance"],
-        ["✓", "experiments", "hopper"],
-    ]
-    assert "individuals/s" in lines[0]
-    assert done.stderr == ""
-
-
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

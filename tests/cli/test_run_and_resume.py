@@ -5,9 +5,9 @@ import re
 import select
 import shutil
 import signal
-import time
 
 import pytest
+from run_helpers import strict
 from waiting import until
 
 from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
@@ -49,15 +49,6 @@ def test_a_run_is_printed_in_plain_lines(program, puppet_file, tmp_path):
     assert "runs/puppet: 5 generations are done" in lines
     assert any(line.startswith("  gaitsim resume runs/puppet --generations ") for line in lines)
     assert (tmp_path / "runs/puppet/experiment.toml").exists()
-
-
-def strict(text):
-    """Parse standard JSON, which has no NaN."""
-
-    def reject(constant):
-        raise AssertionError(constant)
-
-    return json.loads(text, parse_constant=reject)
 
 
 def test_json_is_one_line_per_generation_and_a_summary(gaitsim, puppet_file, fingerprint):
@@ -112,31 +103,6 @@ def test_spiders_are_bit_identical_when_resumed_and_with_any_workers(gaitsim, fi
     assert fingerprint("parts") == fingerprint("whole")
     gaitsim("run", *SPIDER, "--generations", 12, "--out", "other", "--seed", 1)
     assert fingerprint("other") != fingerprint("whole")
-
-
-@posix
-@pytest.mark.slow
-@pytest.mark.parametrize("workers", [1, 2])
-def test_a_repeatedly_killed_run_is_bit_identical(
-    gaitsim, start, puppet_file, fingerprint, tmp_path, workers
-):
-    experiment = (puppet_file, "--generations", 40, "--set", "organism.pause=0.01")
-    gaitsim("run", *experiment, "--out", "whole")
-    run = tmp_path / "killed"
-    # Killed during start-up, near the first generation, and later.
-    for moment in (0.1, 0.5, 5, 15, 25):
-        begun = (run / "experiment.toml").exists()
-        arguments = ("resume", run) if begun else ("run", *experiment, "--out", run)
-        process = start(*arguments, "--workers", workers)
-        if moment < 1:
-            time.sleep(moment)
-        else:
-            wait_for(run / "history.csv", moment)
-        process.kill()
-        process.wait()
-    gaitsim("resume", run)
-    assert fingerprint(run) == fingerprint("whole")
-    assert (run / "bests.bin").read_bytes() == (tmp_path / "whole/bests.bin").read_bytes()
 
 
 @posix

@@ -1,16 +1,8 @@
-import json
-
 import pytest
+from run_helpers import strict
 
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.snapshot import RunSnapshot
-
-
-def strict(text):
-    def reject(constant):
-        raise AssertionError(constant)
-
-    return json.loads(text, parse_constant=reject)
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from javascript import CHROMIUM, FLAGS, call
+from javascript import call
 
 from gaitsim.choices import STEERING_PRESET
 from gaitsim.experiment import load_experiment
@@ -75,41 +75,6 @@ def test_the_trained_networks_fly_for_a_minute_with_the_same_bits():
     fly = load_experiment(STEERING_PRESET).organism
     for expected, found in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
         assert np.array_equal(expected[0], found[0])
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_keys_steer_the_trained_fly_in_a_browser(gaitsim, tmp_path):
-    playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
-    assert "5 commands" in gaitsim("steer", "--out", "fly.html").stdout
-    address = (tmp_path / "fly.html").as_uri()
-    fly = load_experiment(STEERING_PRESET).organism
-    steered = fly.steer(fly.controllers())
-    steered.advance("hover", 1)  # a page starts with this frame
-    flown = 1
-    requests, errors = [], []
-    with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        opened = browser.new_context(offline=True).new_page()
-        opened.on("request", lambda request: requests.append(request.url))
-        for event in ("console", "pageerror"):
-            opened.on(event, lambda found: errors.append(str(found)))
-        opened.goto(address)
-        opened.wait_for_selector(".steering")
-        opened.evaluate("gaitsimPage.restart(); gaitsimPage.pause(true); gaitsimPage.left = 0")
-        for key, command in (("ArrowLeft", "left"), ("Space", "climb"), ("ArrowDown", "hover")):
-            opened.keyboard.down(key)
-            opened.evaluate("gaitsimPage._tick(1)")
-            opened.keyboard.up(key)
-            found = opened.evaluate("[gaitsimPage.frames, ...gaitsimPage.state.centre]")
-            frames = int(found[0]) - flown
-            assert frames == pytest.approx(100, abs=1)
-            motion, flown = steered.advance(command, frames), int(found[0])
-            assert motion["position"][0, -1, 0].tolist() == found[1:]
-        assert opened.evaluate("gaitsimPage.ending") == ""
-        browser.close()
-    assert requests == [address]
-    assert errors == []
 
 
 @pytest.mark.parametrize(

@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from scipy.io import loadmat
 
+import gaitsim as gs
 from gaitsim.contracts import Channel, Motion
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
 from gaitsim.imitation import load_imitator
-from gaitsim.imitation.imitating import imitate
+from gaitsim.imitation.imitating import imitate, imitation_film
 from gaitsim.imitation.learning import SETTINGS, TrainingSettings
+from gaitsim.individual import Individual
+from gaitsim.render.film import RenderSettings
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -180,3 +183,21 @@ def test_ctrl_c_writes_nothing(puppet_run, gaitsim, monkeypatch):
     said = gaitsim("imitate", puppet_run.path, code=130)
     assert "Stopped; nothing was written." in said.stderr
     assert not list((puppet_run.path / "exports").iterdir())
+
+
+@pytest.fixture(scope="module")
+def result():
+    experiment = load_experiment("spider")
+    genome = experiment.space().random(1, np.random.default_rng(3))[0]
+    return gs.imitate(Individual(experiment, 0.0, {}, 1, genome), epochs=2)
+
+
+def test_the_video_shows_the_error_and_then_both_bodies(result):
+    film = imitation_film(result, RenderSettings(size=(320, 240), fps=2, speed=5))
+    curve, *_, last = film.pictures()
+    assert curve.shape == last.shape == (240, 320, 4)
+    assert not np.array_equal(curve, last)
+    bare = imitation_film(result, RenderSettings(size=(320, 240), fps=2, speed=5, intro=False))
+    assert len(film) == len(bare) + 3  # 1.5 s
+    assert len(bare.scene.world.clips) == 2
+    assert [clip.tag for clip in bare.scene.world.clips] == ["expert", "imitator"]

@@ -1,8 +1,10 @@
 """Run folders are created, found and listed."""
 
 import errno
+import json
 import os
 import shutil
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -13,6 +15,8 @@ from gaitsim.errors import RunError
 from gaitsim.runs import compatibility
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.folder import find_run, list_runs
+from gaitsim.runs.lock import RunLock
+from gaitsim.runs.manage import delete_run
 from gaitsim.runs.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.usefixtures("here")
@@ -128,3 +132,120 @@ def test_a_run_without_its_experiment_has_its_own_message(whole):
     (whole.path / "experiment.toml").unlink()
     with pytest.raises(RunError, match=r"the run whole has lost its experiment\.toml"):
         find_run("whole")
+
+
+@pytest.fixture
+def run(puppet, tmp_path):
+    return create_run(puppet(), tmp_path / "runs" / "walk")
+
+
+def test_nothing_is_left(run):
+    (run / "exports" / "gait.csv").write_text("1")
+    delete_run(run)
+    assert list(run.parent.iterdir()) == []
+
+
+def test_one_error_leaves_nothing_behind(run, monkeypatch):
+    real, calls = os.unlink, []
+
+    def unlink(*arguments, **options):
+        calls.append(arguments)
+        if len(calls) == 1:
+            raise OSError(errno.EIO, os.strerror(errno.EIO))
+        real(*arguments, **options)
+
+    monkeypatch.setattr(os, "unlink", unlink)
+    delete_run(run)
+    assert len(calls) > 1
+    assert list(run.parent.iterdir()) == []
+
+
+def test_the_current_folder_can_be_deleted(run, monkeypatch):
+    monkeypatch.chdir(run)
+    delete_run(Path())
+    assert list(run.parent.iterdir()) == []
+
+
+def test_a_run_that_is_being_written_is_not_deleted(run):
+    lock = RunLock(run)
+    with pytest.raises(RunError, match="being written"):
+        delete_run(run)
+    lock.release()
+    assert list_runs(run.parent) == [run]
+
+
+@pytest.mark.parametrize("make", ["mkdir", "touch"])
+def test_other_folders_are_not_deleted(tmp_path, make):
+    path = tmp_path / "thing"
+    getattr(path, make)()
+    with pytest.raises(RunError, match="not a run"):
+        delete_run(path)
+    assert path.exists()
+
+
+def test_a_link_to_a_run_is_not_followed(run, tmp_path):
+    link = tmp_path / "link"
+    link.symlink_to(run)
+    with pytest.raises(RunError, match="a symbolic link to a run"):
+        delete_run(link)
+    assert list_runs(run.parent) == [run]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="paths may not be as long")
+@pytest.mark.skipif(sys.version_info >= (3, 13), reason="Python deletes folders of any depth")
+def test_folders_that_are_too_deep_are_one_message(run):
+    deep = [run / ("d/" * (number + 1)) for number in range(1100)]
+    for folder in deep:
+        folder.mkdir()
+    with pytest.raises(RunError, match="its folders are nested too deeply") as refused:
+        delete_run(run)
+    left = Path(refused.value.where)
+    assert list_runs(left.parent) == []
+    for folder in reversed(deep):
+        (left / folder.relative_to(run)).rmdir()
+
+
+def test_links_are_deleted_without_their_targets(run, tmp_path):
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "file").write_text("mine")
+    (run / "exports").rmdir()
+    (run / "exports").symlink_to(outside)
+    (run / ".lock-owner").symlink_to(outside / "file")
+    delete_run(run)
+    assert list(run.parent.iterdir()) == []
+    assert (outside / "file").read_text() == "mine"
+
+
+OLD = Path(__file__).parents[1] / "fixtures" / "run-format-1"  # written by gaitsim 0.1.0
+
+
+@pytest.fixture
+def old(tmp_path):
+    return Path(shutil.copytree(OLD, tmp_path / "runs" / "old"))
+
+
+def files(path):
+    return {item.name: item.read_bytes() for item in path.rglob("*") if item.is_file()}
+
+
+@pytest.mark.parametrize("command", ["show", "resume", "verify", "fork"])
+def test_a_command_says_who_wrote_it_and_changes_nothing(gaitsim, old, command):
+    before = files(old)
+    done = gaitsim(command, "old", code=2)
+    assert "was written by gaitsim 0.1.0 in the older format 1" in done.stderr
+    assert "start a new run" in done.stderr
+    after = {name: data for name, data in files(old).items() if not name.startswith(".lock")}
+    assert after == before
+
+
+def test_a_run_does_not_start_from_its_champion(gaitsim, old):
+    for start in ("old", old / "champions" / "generation-000003.pickle"):
+        done = gaitsim("run", "millipede", "--from", start, code=2)
+        assert "was written by gaitsim 0.1.0" in done.stderr
+
+
+def test_it_is_listed_as_such(gaitsim, old):
+    (row,) = map(json.loads, gaitsim("runs", "--json").stdout.splitlines())
+    assert (row["run"], row["state"]) == ("old", "older format")
+    assert "older format" in gaitsim("runs").stdout

@@ -166,25 +166,9 @@ def edit(path, old, new):
             'plugin = "bit-puppet"',
             "a population of 6 with 3 genes of the kind 'bit'",
         ),
-        (
-            'plugin = "puppet"',
-            'plugin = "wide-puppet"',
-            "a population of 6 with 4 genes of the kind 'real'",
-        ),
     ],
 )
-def test_an_experiment_edited_to_other_genomes_is_an_error(
-    half, monkeypatch, puppets, install, old, new, allowed
-):
-    install(
-        "wide",
-        "import numpy as np\nfrom gaitsim_puppets import Puppet\n"
-        "from gaitsim.contracts import RealSpace\n"
-        "class Wide(Puppet):\n"
-        "    def genome_space(self):\n"
-        "        return RealSpace(np.zeros(4), np.ones(4), tuple('abcd'))\n",
-        {"organism": {"wide-puppet": "Wide"}},
-    )
+def test_an_experiment_edited_to_other_genomes_is_an_error(half, old, new, allowed):
     edit(half.path, old, new)
     run = RunSnapshot(half.path)
     for ask in (
@@ -192,9 +176,7 @@ def test_an_experiment_edited_to_other_genomes_is_an_error(
         run.individual,
         lambda: run.bests,
     ):
-        with pytest.raises(
-            CheckpointError, match=r"population of 6 with 3 genes in .* not"
-        ) as error:
+        with pytest.raises(CheckpointError, match="population of 6 with 3 genes") as error:
             ask()
         assert error.value.where == str(half.path / "experiment.toml")
         assert allowed in error.value.allowed
