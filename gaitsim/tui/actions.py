@@ -49,6 +49,7 @@ class Action(NamedTuple):
         return self.words or _SYNONYMS.get(self.label, "")
 
 
+PREFIX = "list."  # of the IDs of the keys of vi
 Hidden = partial(Action, shown=False)
 
 _SYNONYMS = {
@@ -248,18 +249,17 @@ ACTIONS: dict[str, list[Action]] = {
                words="repeats test significance interval effect size compare experiments",
                why="Statistics need two or more runs.", where="On the comparison screen:")],
     "lab": [
+        Action("joint", "d", "Damage", "Make a joint of the chosen leg stuck, slow or weak",
+               words="stuck weak slow damage"),
+        Action("repair", "i", "Repair", "Remove all damage", words="intact reset undo heal"),
+        Action("physics", "p", "Physics", "Switch between kinematics and rigid-body physics",
+               words="twin rigid body mujoco simulation"),
         Action("adapt", "a", "Adapt", "Try gaits of the atlas on the damaged body until one walks",
                words="search trial error recover map gaussian bayesian"),
         Action("stop", "x", "Stop", "Stop the search and keep its trials", words="cancel end"),
         Action("replay", "r", "Replay",
                "Replay the gait shown on the damaged body, frame by frame"),
         Action("export", "e", "Export", "Export gait files, plots and videos of the gait shown")],
-    "lab damage": [
-        Action("joint", "d", "Damage", "Make a joint of the chosen leg stuck, slow or weak",
-               words="stuck weak slow damage"),
-        Action("repair", "i", "Repair", "Remove all damage", words="intact reset undo heal"),
-        Action("physics", "p", "Physics", "Switch between kinematics and rigid-body physics",
-               words="twin rigid body mujoco simulation")],
     "plan": [
         Hidden("front", "up", "Leg in front", "Choose the leg in front", "choose(1, 0)"),
         Hidden("behind", "down", "Leg behind", "Choose the leg behind", "choose(-1, 0)"),

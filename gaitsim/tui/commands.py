@@ -10,9 +10,8 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.content import Content
 from textual.dom import DOMNode
 
-from gaitsim.tui.actions import NAMED
+from gaitsim.tui.actions import NAMED, PREFIX
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.vi import PREFIX
 
 DIM = 0.7  # factor on the scores of unavailable commands
 SYNONYM = 0.9  # factor on the scores of synonyms

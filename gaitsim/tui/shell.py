@@ -1,4 +1,4 @@
-"""The app without its screens: what all screens share."""
+"""The app without its screens: what all screens share, and the keys of vi."""
 
 import asyncio
 import sys
@@ -8,14 +8,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from textual import work
+from textual.app import App
+from textual.binding import Keymap
+from textual.containers import ScrollableContainer
 from textual.dom import DOMNode
 from textual.driver import Driver
 from textual.events import Key
 from textual.filter import LineFilter
 from textual.screen import Screen
-from textual.widgets import Input
+from textual.widget import Widget
+from textual.widgets import DataTable, Input, OptionList
 
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.actions import ACTIONS, PREFIX, bindings
 from gaitsim.tui.config import Config, format_problem, remember_theme
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.terminal_output import (
@@ -24,12 +29,67 @@ from gaitsim.tui.terminal_output import (
     mirroring_driver,
 )
 from gaitsim.tui.themes import DEFAULT, THEMES
-from gaitsim.tui.vi import ViKeys
 
 if TYPE_CHECKING:
     from gaitsim.tui.builder import ExperimentBuilder
 
+# The movements, and the action for each in three kinds of widgets.
+_MOVES = ("down", "up", "first", "last", "page_down", "page_up")
+_LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
+_TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
+_TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
+_KEYS = {action.name: action.keys for action in ACTIONS["list"]}
 _NO_CONTROLS = ControlCharacterFilter()
+
+
+class ViKeys(App[None]):
+    """An app in which the keys of vi move in the focused list, table or text.
+
+    Keys of a screen, and letters typed into a field, take precedence.
+    """
+
+    BINDINGS = bindings("list")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._chosen: Keymap = {}
+
+    def set_keymap(self, keymap: Keymap) -> None:
+        super().set_keymap(keymap)
+        self._chosen = keymap
+
+    def action_vi(self, move: str) -> None:
+        """Move in the widget that has the focus."""
+        action = _actions(self.focused).get(move)
+        if action is not None:
+            getattr(self.focused, f"action_{action}")()
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "vi":
+            return bool(_actions(self.focused))
+        return super().check_action(action, parameters)
+
+    def on_key(self, event: Key) -> None:
+        """Move in dialogs too, where the keys of an app are inactive."""
+        if not self.screen.is_modal or event.key in self.screen.active_bindings:
+            return
+        for name, key in _KEYS.items():
+            if event.key in self._chosen.get(PREFIX + name, key).split(","):
+                event.prevent_default()
+                self.action_vi(name.replace("-", "_"))
+
+
+def _actions(widget: Widget | None) -> dict[str, str]:
+    """Return a widget's actions for each movement; {} if it has none."""
+    if widget is None or widget.check_consume_key("j", "j"):  # a field
+        return {}
+    if isinstance(widget, DataTable):
+        return dict(zip(_MOVES, _TABLE, strict=True))
+    if isinstance(widget, OptionList):
+        return dict(zip(_MOVES, _LIST, strict=True))
+    if isinstance(widget, ScrollableContainer):
+        return dict(zip(_MOVES, _TEXT, strict=True))
+    return {}
 
 
 class Shell(ViKeys):
@@ -118,14 +178,14 @@ class Shell(ViKeys):
             return
         self._report(config.path, config.problems)
         if config.keys:
-            from gaitsim.tui.keys import valid_keys
+            from gaitsim.tui.config import valid_keys
 
             self.set_keymap(valid_keys(config))
             self._check_keys(config)
 
     @work(group="keys")
     async def _check_keys(self, config: Config) -> None:
-        from gaitsim.tui.keys import find_problems
+        from gaitsim.tui.config import find_problems
 
         self._report(config.path, await asyncio.to_thread(find_problems, config))
 

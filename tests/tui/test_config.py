@@ -7,8 +7,7 @@ import pytest
 from mutations import mutations
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.config import Config, config_path, read_config, remember_theme
-from gaitsim.tui.keys import check_keys
+from gaitsim.tui.config import Config, check_keys, config_path, read_config, remember_theme
 from gaitsim.tui.themes import check_theme
 
 IDS = {"home.delete", "home.new", "app.help"}

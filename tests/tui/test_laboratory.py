@@ -15,9 +15,9 @@ from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.writer import RunWriter
-from gaitsim.tui.damage_choice import damage_texts, set_joint, toggle_leg
+from gaitsim.tui.screens.damage import damage_texts, set_joint, toggle_leg
 from gaitsim.tui.screens.laboratory import Laboratory
-from gaitsim.tui.screens.laboratory_trials import axes_of, mark
+from gaitsim.tui.screens.laboratory_panels import axes_of, mark
 
 
 @pytest.fixture

@@ -27,9 +27,8 @@ from gaitsim.runs.lock import is_locked
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.screens import live_formatting as formatting
-from gaitsim.tui.screens.change_dialog import ChangeDialog
-from gaitsim.tui.screens.change_effect import changeable_options
+from gaitsim.tui.screens import live_board
+from gaitsim.tui.screens.change_dialog import ChangeDialog, changeable_options
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
 from gaitsim.tui.screens.live_source import ChampionSimulator, with_failure
@@ -528,16 +527,16 @@ class TestFormatting:
         course = HistoryBuffer(
             {name: np.arange(1, 9.0) for name in ("generation", "best", "mean", "diversity")}
         )
-        line = formatting.status(self.SNAPSHOT, "running", width, STYLES)
+        line = live_board.status_line(self.SNAPSHOT, "running", width, STYLES)
         assert line.cell_len <= width
         event = Event(3, "stage", "wide 宽宽宽宽\x1b[31m" * 9)
-        assert formatting.event_line(event, max(width, 12), STYLES).cell_len <= max(width, 12)
-        lines = formatting.table(self.SNAPSHOT, course, width, STYLES)
+        assert live_board.event_line(event, max(width, 12), STYLES).cell_len <= max(width, 12)
+        lines = live_board.term_table(self.SNAPSHOT, course, width, STYLES)
         if width >= 30:
             assert {line.cell_len for line in lines} <= set(range(width + 1))
 
     def test_the_status_has_the_remaining_time(self):
-        line = formatting.status(self.SNAPSHOT, "running", 100, STYLES).plain
+        line = live_board.status_line(self.SNAPSHOT, "running", 100, STYLES).plain
         assert "1,234/100,000" in line
         assert "123,456 evaluations/s" in line
         assert "16 min 27 s left" in line
@@ -547,9 +546,10 @@ class TestFormatting:
         snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))
         for width, rows in ((55, 1), (38, 2), (30, 4), (9, 5)):
             lines = [
-                line.plain for line in formatting.table(snapshot, HistoryBuffer(), width, STYLES)
+                line.plain
+                for line in live_board.term_table(snapshot, HistoryBuffer(), width, STYLES)
             ]
-            found = [line.plain for line in formatting.islands(snapshot, width, STYLES)]
+            found = [line.plain for line in live_board.island_lines(snapshot, width, STYLES)]
             assert lines[: len(found)] == found
             assert len(found) == rows
             assert all(len(line) <= width for line in found if width > 18)
@@ -557,7 +557,7 @@ class TestFormatting:
             assert " ".join(words) == "best of each island 0.500 2.250 – −1.000"
 
     def test_the_table_marks_values_that_are_not_finite(self):
-        lines = formatting.table(self.SNAPSHOT, HistoryBuffer(), 120, STYLES)
+        lines = live_board.term_table(self.SNAPSHOT, HistoryBuffer(), 120, STYLES)
         plain = [line.plain for line in lines]
         assert plain[1].split() == ["score", "–", *["1.500"] * 5]
         assert plain[2].split() == ["[red]reach", "–", *["2.000"] * 5]

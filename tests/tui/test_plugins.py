@@ -7,7 +7,7 @@ from rich.console import Console
 
 from gaitsim.registry import EXPERIMENTS, KINDS, entries, options
 from gaitsim.tui.catalogue import read_catalogue
-from gaitsim.tui.widgets.plugin_view import plugin_view
+from gaitsim.tui.screens.plugins import plugin_view
 
 
 def shown(driver):

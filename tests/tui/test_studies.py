@@ -7,8 +7,8 @@ import pytest
 from textual.widgets import DataTable, Input
 
 from gaitsim.study.results import StudyFolder
-from gaitsim.tui.widgets.file_table import OpenTable
 from gaitsim.tui.widgets.form import Field
+from gaitsim.tui.widgets.lists import OpenTable
 
 STUDY = """
 name = "small"

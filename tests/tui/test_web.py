@@ -14,7 +14,7 @@ from aiohttp import CookieJar, WSMsgType, WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
 from waiting import until
 
-from gaitsim.tui import web, web_app
+from gaitsim.tui import web
 from gaitsim.tui.web import LONGEST_MESSAGE, PAGE, WebServer, is_loopback
 
 TOKEN = "a token & more"
@@ -230,7 +230,7 @@ class TestApps:
 
     @pytest.mark.parametrize("script", [ECHO, DEAF, LOUD], ids=["echo", "deaf", "loud"])
     async def test_it_ends_with_its_window(self, script, monkeypatch):
-        monkeypatch.setattr(web_app, "GRACE", 0.5)
+        monkeypatch.setattr(web, "GRACE", 0.5)
         async with serving(script) as client:
             connection, (process, *_) = await window(client)
             await connection.send_json(["stdin", "x"])

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
 from textual import work
+from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.events import Key
 from textual.screen import Screen
@@ -15,6 +16,7 @@ from textual.screen import Screen
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.shell import Shell
+from gaitsim.tui.widgets.footer import Footer, Header
 
 if TYPE_CHECKING:
     from gaitsim.individual import Which
@@ -67,6 +69,15 @@ class GaitScreen(Screen[None]):
 
     HELP_TEXT: ClassVar[str] = ""
     BINDINGS = bindings("screen")
+
+    def compose(self) -> ComposeResult:
+        yield Header()
+        yield from self.content()
+        yield Footer()
+
+    def content(self) -> ComposeResult:
+        """Compose the screen between its title bar and its row of keys."""
+        yield from ()
 
     @property
     def gaitsim(self) -> Shell:
@@ -157,7 +168,7 @@ class GaitScreen(Screen[None]):
     def action_files(self) -> None:
         """Show the files exported from the run."""
         if self.choice is not None:
-            self.show_screen("files.Files", self.choice.run)
+            self.show_screen("tasks.Files", self.choice.run)
 
     def action_export(self) -> None:
         if self.choice is not None:
@@ -170,7 +181,7 @@ class GaitScreen(Screen[None]):
         dialog = _screen("export_dialog.ExportDialog", run, which, others, damage)
         answer = await self.app.push_screen_wait(dialog)
         if answer == "files":
-            self.show_screen("files.Files", run)
+            self.show_screen("tasks.Files", run)
         elif answer:
             self.gaitsim.start_task(answer)
 
@@ -186,7 +197,7 @@ class GaitScreen(Screen[None]):
     @work
     async def verify_code(self) -> None:
         """Ask for a challenge code, and verify it."""
-        code = await self.app.push_screen_wait(_screen("codes.AskCode"))
+        code = await self.app.push_screen_wait(_screen("verify.AskCode"))
         if code:
             self.show_screen("verify.Verify", code)
 

@@ -1,34 +1,177 @@
 """Ask for new values of options with which to continue a run, checked while typing."""
 
 import asyncio
+import shlex
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol, cast
 
+from pydantic import BaseModel
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
+from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.events import Key
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Overrides, Typed, parse_assignments
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import TRANSFERABILITY, Overrides, Typed, parse_assignments
+from gaitsim.experiment.overrides import COMMAND_LINE
+from gaitsim.registry import options
+from gaitsim.registry.options import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
+from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.actions import bindings
-from gaitsim.tui.screens.change_effect import (
-    ChangeableOption,
-    changeable_options,
-    describe_effect,
-    format_error,
-    parse_words,
-)
-from gaitsim.tui.screens.change_field import AssignmentsField
 
+_NEED_DATA = {"enter", "tab"}  # keys that must wait until the data has been read
 DEBOUNCE = 0.15  # seconds without a key before the text is checked
+
+
+class OrderedInput(Input):
+    """A field that processes each key completely before the next one.
+
+    Textual passes a key that is not a letter to the parents of a field before its binding runs.
+    Letters that arrive together with it, as in a paste, would take effect first.
+
+    Attributes:
+        reading: whether Enter and Tab, and the keys after them, wait for `catch_up`.
+    """
+
+    def __init__(self, *values: Any, reading: bool = False, **settings: Any) -> None:
+        super().__init__(*values, **settings)
+        self.reading = reading
+        self._held: list[Key] = []
+
+    async def on_key(self, event: Key) -> None:
+        if not (event.is_printable or self._own_binding(event)):
+            return
+        event.stop()
+        event.prevent_default()
+        if self._held or (self.reading and event.key in _NEED_DATA):
+            self._held.append(event)
+        else:
+            await self._process(event)
+
+    async def catch_up(self) -> None:
+        """Process the waiting keys."""
+        self.reading = False
+        while self._held:  # keys that arrive meanwhile are appended
+            await self._process(self._held[0])
+            del self._held[0]
+
+    async def _process(self, event: Key) -> None:
+        if event.is_printable and event.character:
+            self.replace(event.character, *self.selection)
+        elif binding := self._own_binding(event):
+            await self.app.run_action(binding.action, self)
+
+    def _own_binding(self, event: Key) -> Binding | None:
+        """Return the field's own binding of a key."""
+        if not self.has_focus:  # the focus has moved in the meantime
+            return next(iter(self._bindings.key_to_bindings.get(event.key, ())), None)
+        found = self.screen.active_bindings.get(event.key)
+        return found.binding if found and found.node is self else None
+
+
+class Dialog(Protocol):
+    """The interface of the dialog for its field."""
+
+    def enter(self) -> None: ...
+    def to_options(self) -> None: ...
+    def complete_or_leave(self) -> None: ...
+
+
+class AssignmentsField(OrderedInput):
+    """The field for typed changes."""
+
+    BINDINGS = bindings("change field")
+
+    @property
+    def _dialog(self) -> Dialog:
+        return cast(Dialog, self.screen)
+
+    async def action_submit(self) -> None:
+        self._dialog.enter()  # not deferred
+
+    def action_options(self) -> None:
+        self._dialog.to_options()
+
+    def action_complete(self) -> None:
+        self._dialog.complete_or_leave()
+
+
+@dataclass(frozen=True)
+class ChangeableOption:
+    """A changeable option: its key, its current value, and its allowed values and meaning."""
+
+    key: str
+    value: str
+    about: str
+
+
+def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
+    """Return the changeable options of a run's experiment, those that choose plugins last."""
+    experiment = run.experiment
+    models: dict[str, BaseModel] = {
+        kind: experiment.plugin(kind) for kind in reversed(experiment.kinds)
+    }
+    models["evolution"] = experiment.evolution
+    if experiment.islands.number > 1:
+        models["islands"] = experiment.islands
+    if experiment.reality is not None:
+        models[TRANSFERABILITY] = experiment.transferability
+    found = []
+    for section, model in models.items():
+        given = options.values(model)
+        for name, declared in type(model).model_fields.items():
+            if f"{section}.{name}" in ("evolution.population", "islands.number"):
+                continue  # fixed after the start
+            value = (
+                options.format_brief(declared, given[name]) if name in given else options.NOT_SET
+            )
+            about = f"{options.allowed(declared)}. {options.meaning(declared)}"
+            found.append(ChangeableOption(f"{section}.{name}", value, about))
+    chosen = [
+        ChangeableOption(
+            f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"name of a different {kind}"
+        )
+        for kind in experiment.kinds
+        if kind != "search"  # fixed too
+    ]
+    return [*found, *chosen]
+
+
+def parse_words(text: str) -> tuple[str, ...]:
+    """Split a text as a shell does."""
+    try:
+        return tuple(shlex.split(text))
+    except ValueError:
+        raise GaitsimError("a quotation mark is not closed") from None
+
+
+def describe_effect(run: RunSnapshot, overrides: Overrides) -> str:
+    """Describe the effect of changes without applying them."""
+    plans = plan_resume(run, overrides, generations=None, any_version=True)
+    if plans.last is None:
+        return "The first generation will have these options." if overrides else ""
+    if not plans.changes:
+        planned = f"{plans.experiment.evolution.generations:,}"
+        return f"No new stage: evolution continues to generation {planned}." if overrides else ""
+    changes = "".join(f"▶ {change}\n" for change in plans.changes)
+    rescored = "; scores are not comparable to earlier scores" if plans.reevaluates else ""
+    return f"{changes}from generation {run.generation + 1}{rescored}"
+
+
+def format_error(error: GaitsimError) -> str:
+    """Return an error's text without the location 'command line'."""
+    for one in error.problems if isinstance(error, ExperimentError) else (error,):
+        one.where = one.where.removeprefix(COMMAND_LINE).removeprefix(", ")
+    return str(error)
 
 
 @dataclass(frozen=True)

@@ -29,8 +29,6 @@ from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
 
 EVERY = 1.0  # seconds between two checks for new generations
 NAME = 18  # maximum columns of a run's name
@@ -85,13 +83,11 @@ Curves of several runs in one plot, updated while runs evolve.
         self._runs: tuple[ComparedRun, ...] = ()
         self._reader = RunsReader(runs)
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         yield Static(id="problems")
         yield Static(id="warning")
         yield Curves(message="reading …", whole=True, id="curves")
         yield DataTable(id="table", cursor_type="column", fixed_columns=1)
-        yield Footer()
 
     def on_mount(self) -> None:
         self.query_one("#problems").display = self.query_one("#warning").display = False

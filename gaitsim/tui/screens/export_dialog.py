@@ -30,8 +30,8 @@ from gaitsim.tui.products import (
     forms,
     unavailable_products,
 )
-from gaitsim.tui.widgets.choice_list import ChoiceList
 from gaitsim.tui.widgets.form import Field
+from gaitsim.tui.widgets.lists import ChoiceList
 
 Answer = tuple[str, ...] | Literal["files"] | None
 

@@ -14,9 +14,8 @@ from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 from textual.widgets import Markdown, Static
 
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.actions import PREFIX, bindings
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.vi import PREFIX
 
 LETTERS = "asdfghjklqwertyuiopzxcvbnm"  # of jump mode
 

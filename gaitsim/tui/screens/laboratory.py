@@ -8,30 +8,40 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
+from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim.adaptation.trials import Trial
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
-from gaitsim.legged.damage import damage_options
+from gaitsim.legged.damage import damage_options, parse_damage
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.tui.actions import bindings
-from gaitsim.tui.damage_choice import damage_texts
-from gaitsim.tui.screens.base import RunChoice
-from gaitsim.tui.screens.laboratory_damage import NOT_READ, DamageActions
-from gaitsim.tui.screens.laboratory_loading import read_subject, simulate_walk
-from gaitsim.tui.screens.laboratory_pane import WalkPane
-from gaitsim.tui.screens.laboratory_trials import Trials
-from gaitsim.tui.screens.numbering import options_of
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
+from gaitsim.tui.screens.damage import (
+    BodyPlan,
+    Choice,
+    JointDialog,
+    damage_texts,
+    set_joint,
+    toggle_leg,
+)
+from gaitsim.tui.screens.laboratory_panels import (
+    LaboratoryRun,
+    Trials,
+    WalkPane,
+    read_subject,
+    simulate_walk,
+)
+from gaitsim.tui.screens.replay_loading import options_of
 
+NOT_READ = "The run is still being read, or cannot be read."
 WIDE, HIGH = 120, 36  # minimum columns for three bodies, and rows for an empty table
 
 
-class Laboratory(DamageActions):
+class Laboratory(GaitScreen):
     """A damaged body, its champion before and after the damage, and the search for a new gait.
 
     Args:
@@ -40,6 +50,10 @@ class Laboratory(DamageActions):
 
     Attributes:
         WATCHED: seconds for which a trial is shown before the next one.
+        subject: the run; None until it is read.
+        plan: plan of the legs.
+        damage: damage of the body.
+        physics: whether the body's twin in rigid-body physics is simulated instead.
         intact: pane of the champion on the intact body.
         damaged: pane of the champion on the damaged body.
         adapted: pane of a trial's gait on the damaged body.
@@ -85,8 +99,14 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
     AUTO_FOCUS = "BodyPlan"
     WATCHED: ClassVar[float] = 1.25
 
+    damage: reactive[Choice] = reactive((), init=False, bindings=True)
+    physics: reactive[bool] = reactive(False, init=False, bindings=True)
+
     def __init__(self, run: Path, which: Which = None) -> None:
-        super().__init__(run, which)
+        super().__init__()
+        self.run, self.which = run, which
+        self.subject: LaboratoryRun | None = None
+        self.plan = BodyPlan()
         self._stopping = False
         self.adaptation: Adaptation | None = None
         self.shown: Member | None = None
@@ -96,8 +116,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self.trials = Trials()
         self.title = visible(run.name)
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         with Horizontal(id="lab-top"):
             with Vertical(id="lab-left"):
                 yield self.plan
@@ -107,7 +126,6 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
             yield self.adapted
         yield Static(id="lab-state")
         yield self.trials
-        yield Footer()
 
     @work(group="read")
     async def on_mount(self) -> None:
@@ -118,6 +136,62 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
             self._fail(error)
             return
         self.plan.plan = self.subject.plan
+        self.show_body()
+
+    # Damage
+
+    @on(BodyPlan.Removed)
+    def _removed(self, event: BodyPlan.Removed) -> None:
+        """Remove or restore a leg."""
+        if self.subject is None:
+            return
+        wanted = toggle_leg(self.damage, event.leg, self.subject.legs)
+        if self.obstacle("joint"):
+            self.notify(self.obstacle("joint"), title=event.leg, markup=False)
+            return
+        try:
+            self.subject.check(wanted, physics=self.physics)
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+        else:
+            self.damage = wanted
+
+    @work(group="ask", exclusive=True)
+    async def action_joint(self) -> None:
+        """Ask for the damage of a joint of the chosen leg."""
+        subject, leg = self.subject, self.plan.leg
+        assert subject is not None, "available only after reading"
+        joints = subject.legs[leg]
+        now = {one.part: str(one) for one in self.damage if one.part in joints}
+
+        def wanted(joint: str, text: str) -> Choice:
+            new = parse_damage([text], subject.legs)[0] if text else None
+            found = set_joint(self.damage, joint, new, subject.legs)
+            subject.check(found, physics=self.physics)
+            return found
+
+        answer = await self.app.push_screen_wait(JointDialog(joints, now, wanted))
+        if answer is not None:
+            self.damage = wanted(*answer)
+
+    def action_repair(self) -> None:
+        self.damage = ()
+
+    def action_physics(self) -> None:
+        """Switch to the twin, or back, if that body can have the damage."""
+        assert self.subject is not None, "available only after reading"
+        try:
+            self.subject.check(self.damage, physics=not self.physics)
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+        else:
+            self.physics = not self.physics
+
+    def watch_damage(self, damage: Choice) -> None:
+        self.plan.damage = damage
+        self.show_body()
+
+    def watch_physics(self) -> None:
         self.show_body()
 
     # The champion
@@ -289,4 +363,10 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
                 return "The body is intact; press Enter to remove a leg first."
             case "stop" if not busy:
                 return "No adaptation is running."
+            case "joint" | "repair" | "physics" if subject is None:
+                return NOT_READ
+            case "repair" if not self.damage:
+                return "The body is intact."
+            case "physics" if subject and not subject.has_twin:
+                return "The body has no twin in rigid-body physics."
         return super().obstacle(action)

@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from textual import work
-from textual.app import ComposeResult
+from textual.app import App, ComposeResult
 from textual.reactive import reactive
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
 from gaitsim.live.process import RunProcess, background_state
 from gaitsim.live.protocol import Snapshot
@@ -20,14 +20,14 @@ from gaitsim.runs.files.folder import command
 from gaitsim.runs.lock import is_locked
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
+from gaitsim.tui.screens.change_dialog import ChangeDialog, ChangeRequest
 from gaitsim.tui.screens.live_board import Board
-from gaitsim.tui.screens.live_dialogs import ask_changes, ask_generations
 from gaitsim.tui.screens.live_source import describe_run, keeps_archive, with_failure
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
+from gaitsim.tui.screens.questions import Ask
 
 RESTING = ("stopped", "failed")
 LOOK = 1.0  # seconds between two checks whether another process evolves a stopped run
+MOST_GENERATIONS = 100_000_000
 
 
 class Live(GaitScreen):
@@ -82,10 +82,8 @@ with `gaitsim attach`.
         self._stopping = self._has_archive = False
         self.title, self.sub_title = run.name, ""
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         yield self.board
-        yield Footer()
 
     @property
     def choice(self) -> RunChoice:
@@ -301,3 +299,47 @@ with `gaitsim attach`.
             case "replay" | "why" | "export" | "laboratory":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)
+
+
+async def ask_changes(
+    app: App[object], run: Path, snapshot: Snapshot, *, fork: bool = False
+) -> ChangeRequest | None:
+    """Ask for options to change, starting with the next generation; return None for no change.
+
+    Args:
+        app: app that shows the dialog.
+        run: folder of the run.
+        snapshot: latest snapshot of the run.
+        fork: whether to change them in a copy of the run.
+    """
+    # A stage has at least one generation, so a finished run needs more generations.
+    typed = (
+        f"evolution.generations={_suggested_generations(snapshot)} "
+        if snapshot.state == "finished"
+        else ""
+    )
+    return await app.push_screen_wait(ChangeDialog(run, fork=fork, typed=typed))
+
+
+async def ask_generations(app: App[object], snapshot: Snapshot) -> Overrides | None:
+    """Ask for the number of generations of a run; return None for no change."""
+    done = snapshot.generation
+
+    def check(text: str) -> None:
+        number = int(text) if text.isascii() and text.isdecimal() and len(text) < 10 else 0
+        if not done < number <= MOST_GENERATIONS:
+            raise RunError(
+                f"invalid number of generations: {text!r}",
+                allowed=f"{done + 1:,} to {MOST_GENERATIONS:,}",
+            )
+
+    about = f"The run is at generation {done:,}."
+    question = Ask("Evolve up to generation", str(_suggested_generations(snapshot)), check, about)
+    answer = await app.push_screen_wait(question)
+    return {"evolution.generations": int(answer)} if answer else None
+
+
+def _suggested_generations(snapshot: Snapshot) -> int:
+    """Return 1.5 times the generations of a run."""
+    planned = max(snapshot.generations, snapshot.generation)
+    return planned + max(1, planned // 2)

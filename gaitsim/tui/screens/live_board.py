@@ -1,6 +1,7 @@
-"""Panels of the live screen: curves, the champion, terms and events."""
+"""Panels of the live screen: status, curves, the champion, terms and events."""
 
 import asyncio
+import math
 import time
 from collections.abc import Callable
 from itertools import islice
@@ -8,6 +9,7 @@ from pathlib import Path
 from typing import cast
 
 import numpy as np
+from rich.cells import cell_len, set_cell_size
 from rich.style import Style
 from rich.text import Text
 from textual import work
@@ -17,9 +19,12 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.live.protocol import Best
+from gaitsim.live.protocol import Best, Event, Snapshot
+from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible_lines
-from gaitsim.tui.screens import live_formatting as formatting
+from gaitsim.runs.files.history import FIGURE, MEAN
+from gaitsim.runs.growing import HistoryBuffer
+from gaitsim.tui.formatting import clip, duration
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_source import ChampionSimulator, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas
@@ -36,6 +41,39 @@ COLOURS = {
     "elsewhere": "secondary", "best": "success", "kept": "primary", "stage": "warning",
     "warning": "error", "spark": "primary", "spark-score": "success",
 }  # fmt: skip
+Styles = dict[str, Style]  # styles of the theme by state, event or part
+
+MARKS = {
+    "preparing": "◌",
+    "queued": "◌",
+    "running": "●",
+    "paused": "‖",
+    "finished": "✓",
+    "stopped": "■",
+    "failed": "✗",
+    "elsewhere": "◉",
+    "stopping": "■",
+}
+WORDS = {"elsewhere": "running in another program"}
+HINTS = {
+    "queued": "The run starts when an earlier run ends or is paused.",
+    "paused": "space: resume · n: evolve one generation · c: change options · f: fork",
+    "stopping": "The run stops after this generation · s: stop immediately",
+    "stopped": "space: resume · c: change options · g: set the number of generations",
+    "elsewhere": "Another program evolves this run, so you can only watch it · f: fork",
+}
+EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
+TITLES = (
+    "best of each generation",
+    "best over time",
+    "trend",
+)  # of the curve column, the longest that fits
+VALUE = 9  # columns of a number
+NAME = 12
+LEAST_SPARK = 8
+WIDEST_SPARK = 60
+LEAST_BAR = 6
+LABELLED = 24  # minimum columns of an event with a label before its generation
 
 
 class Board(Vertical):
@@ -69,7 +107,7 @@ class Board(Vertical):
         self._since = clock()  # time at which the state began
         self._seconds = 0  # time in this state, as last drawn
         self._widths = (0, 0, 0, 0)  # of the panels as last drawn; 0 redraws all
-        self._styles: formatting.Styles = {}
+        self._styles: Styles = {}
         self._simulator = ChampionSimulator(run)
         self._shown: Best | None = None
         self._simulating = False
@@ -156,18 +194,18 @@ class Board(Vertical):
         all_of_it = all_of_it or widths != self._widths
         styles = self._styles = self._styles or self._theme()
         live, snapshot = self.live, self.live.snapshot
-        hint = formatting.hint(snapshot, self.state, self._seconds)
+        hint = state_hint(snapshot, self.state, self._seconds)
         if hint or not live.events:
             line = Text(hint, styles["dim"], no_wrap=True, end="")
         else:
-            line = formatting.event_line(live.events[-1], width, styles)
-        self._status.show([formatting.status(snapshot, self.state, width, styles), line])
+            line = event_line(live.events[-1], width, styles)
+        self._status.show([status_line(snapshot, self.state, width, styles), line])
         if not all_of_it:
             return
         self._stale, self._widths = False, widths
-        table.show(formatting.table(snapshot, live.course, table.size.width, styles))
+        table.show(term_table(snapshot, live.course, table.size.width, styles))
         latest = islice(reversed(live.events), log.size.height)
-        log.show([formatting.event_line(event, log.size.width, styles) for event in latest])
+        log.show([event_line(event, log.size.width, styles) for event in latest])
         self._curves()
 
     def _curves(self) -> None:
@@ -213,10 +251,128 @@ class Board(Vertical):
         text = f"champion of gen. {best.generation:,}: score {number(best.score, 4)}"
         self._champion.show([Text(text, end="", no_wrap=True)])
 
-    def _theme(self) -> formatting.Styles:
+    def _theme(self) -> Styles:
         variables = self.app.theme_variables
         styles = {
             name: Style(color=Color.parse(variables[colour]).rich_color)
             for name, colour in COLOURS.items()
         }
         return styles | {"dim": Style(dim=True)}
+
+
+def status_line(snapshot: Snapshot, state: str, width: int, styles: Styles) -> Text:
+    """Return the state, generation, speed and remaining time on one line."""
+    line = Text(no_wrap=True, end="")
+    line.append(f"{MARKS[state]} {WORDS.get(state, state)}", styles[state])
+    numbers = f"{snapshot.generation:,}/{snapshot.generations:,}"
+    rest = Text()
+    if snapshot.evaluations_per_second > 0:
+        rest.append(f"  {snapshot.evaluations_per_second:,.0f} evaluations/s")
+    left = snapshot.seconds_left
+    if left is not None and not snapshot.ended:
+        rest.append(f"  {duration(left)} left")
+    if snapshot.stage > 1:
+        rest.append(f"  stage {snapshot.stage}", styles["stage"])
+    for label in ("  generation ", "  "):  # a label only if the bar fits too
+        room = width - line.cell_len - len(label + numbers) - rest.cell_len - 2
+        if room >= LEAST_BAR:
+            break
+    line.append(label + numbers)
+    if room >= LEAST_BAR and snapshot.generations:
+        full = round(min(snapshot.generation / snapshot.generations, 1.0) * room)
+        line.append("  ").append("━" * full, styles[state]).append(
+            "─" * (room - full), styles["dim"]
+        )
+    line.append_text(rest)
+    line.truncate(width, overflow="ellipsis")
+    return line
+
+
+def state_hint(snapshot: Snapshot, state: str, seconds: int = 0) -> str:
+    """Return a hint for a state that has lasted `seconds`; '' while the run evolves."""
+    if state == "preparing":
+        passed = f"{seconds} s" if seconds < 60 else duration(seconds)
+        return f"Preparing for {passed}; the first run of a body compiles its kernels …"
+    if state == "finished":
+        return f"{snapshot.reason} · g: more generations · r: replay · e: export"
+    return HINTS.get(state, "")
+
+
+def event_line(event: Event, width: int, styles: Styles) -> Text:
+    """Return an event on one line."""
+    line = Text(no_wrap=True, end="")
+    label = "gen. " if width >= LABELLED else " "
+    line.append(f"{label}{event.generation:>5,} ", styles["dim"])
+    line.append(f"{EVENT_MARKS[event.kind]} ", styles[event.kind])
+    text = event.text
+    if event.kind == "best":
+        text = f"best score {text.replace('-', '−')}"
+    elif event.kind == "kept":
+        text = "saved as a champion"
+    line.append(clip(text, max(width - line.cell_len, 1)))
+    return line
+
+
+def term_table(snapshot: Snapshot, course: HistoryBuffer, width: int, styles: Styles) -> list[Text]:
+    """Return the score, terms, diversity and the search's figures, one per line.
+
+    Each line has a curve of the best of each generation, then numbers of the last generation:
+    the mean, and as many of the best individuals as fit.
+    """
+    terms = list(snapshot.top[0].terms) if snapshot.top else course.terms
+    names = ["diversity", *terms, *course.figures]
+    name = min(max(map(cell_len, names)), max(NAME, width // 6))
+    fit = (width - name - LEAST_SPARK - 2) // VALUE - 1
+    top = snapshot.top[: max(fit, 0)]
+    room = min(max(width - name - 2 - (1 + len(top)) * VALUE, 0), WIDEST_SPARK)
+    title = next((title for title in TITLES if len(title) <= room), "")
+    head = Text(" " * name + " " + _left(title, room), no_wrap=True, end="")
+    for title in ("mean", *(f"#{rank + 1}" for rank in range(len(top)))):
+        head.append(title.rjust(VALUE))
+    head.stylize(styles["dim"])
+    rows = [("score", "best", "mean", [one.score for one in top])]
+    rows += [
+        (term, term, MEAN + term, [one.terms.get(term, math.nan) for one in top]) for term in terms
+    ]
+    rows += [("diversity", "diversity", "diversity", [])]
+    rows += [(figure, FIGURE + figure, FIGURE + figure, []) for figure in course.figures]
+    lines, scored_from = [head], snapshot.scored_from
+    for label, column, mean, values in rows:
+        first = scored_from - 1 if len(course) >= scored_from else 0
+        curve = sparkline(course[column][first:], room) if column in course else ""
+        score = label == "score" and column == "best"
+        line = Text(_left(label, name) + " ", Style(bold=score), no_wrap=True, end="")
+        line.append(curve.ljust(room), styles["spark-score" if score else "spark"])
+        for value in (_last(course, mean), *values):
+            line.append((number(value) if math.isfinite(value) else "–").rjust(VALUE))
+        lines.append(line)
+    return island_lines(snapshot, width, styles) + lines
+
+
+def island_lines(snapshot: Snapshot, width: int, styles: Styles) -> list[Text]:
+    """Return the best score of each island in the last generation; [] for one population."""
+    bests = snapshot.islands
+    if not bests:
+        return []
+    head = "best of each island"
+    beside = width >= len(head) + VALUE
+    most = max(filter(math.isfinite, bests), default=0.0)
+    fit = max((width - len(head) * beside) // VALUE, 1)
+    lines = [] if beside else [Text(head, styles["dim"], no_wrap=True, end="")]
+    for first in range(0, len(bests), fit):
+        line = Text(no_wrap=True, end="")
+        if beside:
+            line.append((head if first == 0 else "").ljust(len(head)), styles["dim"])
+        for best in bests[first : first + fit]:
+            text = number(best) if math.isfinite(best) else "–"
+            line.append(text.rjust(VALUE), styles["spark-score"] if best == most else "")
+        lines.append(line)
+    return lines
+
+
+def _left(text: str, width: int) -> str:
+    return set_cell_size(clip(text, width), width) if width > 0 else ""
+
+
+def _last(course: HistoryBuffer, name: str) -> float:
+    return float(course[name][-1]) if name in course and len(course) else math.nan

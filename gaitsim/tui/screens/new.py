@@ -1,21 +1,26 @@
 """New run: a preset whose every option can be changed, checked while typing."""
 
 import asyncio
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple, Protocol, cast
 
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.command import CommandPalette
-from textual.containers import Vertical
+from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
+from textual.containers import Horizontal, Vertical
+from textual.content import Content
 from textual.events import DescendantFocus
-from textual.widgets import Input, Select, Static
+from textual.widgets import Input, Label, Select, Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.registry import KINDS, options
+from gaitsim.registry.options import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import RUNS, free_name
 from gaitsim.steering import create_drive, offered_commands
 from gaitsim.tui.actions import bindings
@@ -28,19 +33,143 @@ from gaitsim.tui.builder import (
     validate,
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
-from gaitsim.tui.option_search import OptionSearch
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
-from gaitsim.tui.screens.experiment_files import ask_load, ask_save
-from gaitsim.tui.screens.questions import Confirm
-from gaitsim.tui.widgets.experiment_head import KEYS, ExperimentHead
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.form import Field
-from gaitsim.tui.widgets.header import Header
-from gaitsim.tui.widgets.part import Part
-from gaitsim.tui.widgets.sections import Sections
+from gaitsim.tui.screens.questions import Ask, Confirm
+from gaitsim.tui.widgets.form import Field, Part, Sections
 
+KEYS = ("name", "seed")
 DEFAULT_PRESET = "spider"  # preset used if there is no draft
 DEBOUNCE = 0.15  # seconds without a key before the text is checked
+
+
+async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
+    """Ask where to save an experiment; return whether it was saved. Await it in a worker."""
+    ask = Ask("Save the experiment file as", f"{name}.toml", about="The file lists every option.")
+    answer = await screen.app.push_screen_wait(ask)
+    if answer is None:
+        return False
+    path = Path(answer if answer.endswith(".toml") else f"{answer}.toml").expanduser()
+    question = Confirm(f"Replace {path}?", "Replace", "The file exists.", danger=True)
+    if path.exists() and not await screen.app.push_screen_wait(question):
+        return False
+    try:
+        await asyncio.to_thread(write_bytes, path, toml.encode())
+    except GaitsimError as error:
+        screen.gaitsim.show_error(error)
+        return False
+    screen.notify(f"{path}\n$ gaitsim run {path}", title="Saved", markup=False)
+    return True
+
+
+async def ask_load(screen: GaitScreen) -> str | None:
+    """Ask for the file of an experiment or a robot; return its path, or None."""
+    ask = Ask("Load the file", "./", about="The TOML file of an experiment or a robot.")
+    answer = await screen.app.push_screen_wait(ask)
+    if answer is None:
+        return None
+    path = Path(answer).expanduser()
+    # A path with a folder is not mistaken for a preset's name.
+    return str(path) if path.name != str(path) else f"./{path}"
+
+
+class ExperimentHead(Horizontal):
+    """A choice of presets, and two inputs whose IDs are the keys of their options."""
+
+    def compose(self) -> ComposeResult:
+        yield Label("start from ")
+        yield Select[str]([], prompt="…", compact=True, id="preset")
+        yield Label(" name ")
+        yield Input(compact=True, id="name")
+        yield Label(" seed ")
+        yield Input(compact=True, id="seed", type="text")
+
+    def fill_presets(self, known: Sequence[str], chosen: str) -> None:
+        """Offer presets, and select one of them or an experiment file."""
+        names = known if chosen in known else [*known, chosen]
+        select = self.query_one("#preset", Select)
+        with self.prevent(Select.Changed):
+            select.set_options([(Text(visible(name)), name) for name in names])
+            select.value = chosen
+
+    def fill(self, builder: ExperimentBuilder) -> None:
+        """Show the name and the seed."""
+        for key in KEYS:
+            with self.prevent(Input.Changed):
+                text = builder.changes.get(key, str(builder.preset.values[key]))
+                self.query_one(f"#{key}", Input).value = text
+
+    def show_problems(self, keys: Collection[str]) -> None:
+        """Mark the invalid inputs."""
+        for key in KEYS:
+            self.query_one(f"#{key}").set_class(key in keys, "-wrong")
+
+
+class FoundOption(NamedTuple):
+    """An option: its key, value and meaning, and its plugin if a different one is chosen."""
+
+    key: str
+    text: str
+    meaning: str
+    plugin: str = ""
+
+    def score(self, query: str) -> float:
+        """Return the score of a match, 0 to 1; 0 if a word of the query is missing."""
+        words = query.casefold().split()
+        key, rest = self.key.casefold(), f"{self.text} {self.plugin} {self.meaning}".casefold()
+        if not all(word in key or word in rest for word in words):
+            return 0.0
+        named = sum(word in key for word in words) / max(1, len(words))
+        exact = key.rpartition(".")[2] in words
+        return (0.1 + 0.4 * named + 0.2 * exact) * (0.5 if self.plugin else 1.0)
+
+
+def known_options(found: Validation, catalogue: Catalogue) -> Iterator[FoundOption]:
+    """Yield the options of the experiment, then those of other plugins that work with its body."""
+    for section, form in found.forms.items():
+        if form.plugin:
+            yield FoundOption(f"{section}.{PLUGIN}", form.plugin, form.about.split("\n")[0])
+        for one in form.options:
+            yield FoundOption(one.key, one.text, options.meaning(one.field))
+    for kind in KINDS:
+        for name in found.offered[kind]:
+            if kind in found.forms and name != found.forms[kind].plugin:
+                for option, field in catalogue.classes[kind][name].model_fields.items():
+                    text = "" if field.is_required() else options.default(field)
+                    yield FoundOption(f"{kind}.{option}", text, options.meaning(field), name)
+
+
+class SearchedScreen(Protocol):
+    """The interface of the searched screen."""
+
+    validation: Validation | None
+    catalogue: Catalogue | None
+
+    def go_to(self, key: str, plugin: str = "") -> None: ...
+
+
+class OptionSearch(Provider):
+    """Options as entries of the palette; a chosen option gets the focus."""
+
+    def _rows(self) -> Iterator[tuple[FoundOption, Content, str, partial[None]]]:
+        screen = cast(SearchedScreen, self.screen)
+        if screen.validation is None or screen.catalogue is None:
+            return
+        for one in known_options(screen.validation, screen.catalogue):
+            title = f"{one.key}  {one.text}" + (f"  (plugin {one.plugin})" if one.plugin else "")
+            go = partial(screen.go_to, one.key, one.plugin)
+            yield one, Content(visible(title)), visible(one.meaning).replace("[", "\\["), go
+
+    async def discover(self) -> Hits:
+        """Yield the options of the experiment while the query is empty."""
+        for one, title, about, go in self._rows():
+            if not one.plugin:
+                yield DiscoveryHit(title, go, title.plain, about)
+
+    async def search(self, query: str) -> Hits:
+        """Yield the options that contain all words of the query."""
+        for one, title, about, go in self._rows():
+            if (score := one.score(query)) > 0:
+                yield Hit(score, title, go, title.plain, about)
 
 
 class New(GaitScreen):
@@ -78,14 +207,12 @@ restores; Ctrl-Z undoes all changes.
         self.builder: ExperimentBuilder | None = None
         self.validation: Validation | None = None
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         yield ExperimentHead(id="new-head")
         yield Sections(id="new-body")
         with Vertical(id="new-status"):
             yield Static("Loading the plugins …", id="status")
             yield Static(id="command", classes="command")
-        yield Footer()
 
     def on_mount(self) -> None:
         self._load_preset(self._experiment or next(reversed(self.gaitsim.drafts), DEFAULT_PRESET))

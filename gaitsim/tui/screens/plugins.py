@@ -1,9 +1,17 @@
 """The installed bodies, fitness functions, operators and presets, and their packages."""
 
-from collections.abc import Sequence
+import asyncio
+import json
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from typing import Any
 
-from rich.console import Group, RenderableType
+from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
+from rich.padding import Padding
+from rich.table import Table
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
@@ -11,19 +19,22 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
-from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, unreadable
-from gaitsim.render.terminal.text import visible
+from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import default_conditions
+from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, options, unreadable
+from gaitsim.registry.loading import read_preset
+from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.widgets.choice_list import ChoiceList
-from gaitsim.tui.widgets.conformance import check_plugin, verdict_view
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
-from gaitsim.tui.widgets.plugin_view import plugin_view, preset_view, searchable_text
+from gaitsim.tui.widgets.lists import ChoiceList
+from gaitsim.tui.widgets.toml_view import highlight
 
 TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "presets"}
 NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
+COMMAND = ("plugins", "check")
+TABLE = 76  # minimum cells for options in a table
 
 
 class Plugins(GaitScreen):
@@ -53,14 +64,12 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         self._found: dict[str, Sequence[Entry]] = {}
         self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None while a check runs
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         yield Input(placeholder="words to look for", id="filter", compact=True)
         with Horizontal():
             yield ChoiceList(id="installed")
             with VerticalScroll(id="plugin"):
                 yield Static("Loading the plugins …", id="about-plugin")
-        yield Footer()
 
     def on_mount(self) -> None:
         """List the names without imports, then load all plugins in a thread."""
@@ -208,3 +217,146 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         if action == "new":
             return self.is_mounted and self._experiment() is not None
         return super().check_action(action, parameters)
+
+
+async def check_plugin(kind: str, name: str) -> dict[str, Any]:
+    """Return the JSON report of a plugin's check; {'failure': reason} if the check failed.
+
+    Cancelling the coroutine terminates the process, which terminates its children.
+    """
+    process = await asyncio.create_subprocess_exec(
+        *(sys.executable, "-m", "gaitsim", *COMMAND, name, "--json"),
+        stdin=asyncio.subprocess.DEVNULL,
+        stdout=asyncio.subprocess.PIPE,
+        stderr=asyncio.subprocess.PIPE,
+        start_new_session=True,
+    )
+    try:
+        output, errors = await process.communicate()
+    finally:
+        if process.returncode is None:
+            with suppress(ProcessLookupError):
+                process.terminate()
+            await process.wait()
+    for line in output.decode().splitlines():
+        report: dict[str, Any] = json.loads(line)
+        if report["kind"] == kind:
+            return report
+    return {
+        "failure": errors.decode(errors="replace").strip() or "the check ended without a report"
+    }
+
+
+def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -> Text:
+    """Return the verdict and all findings; None stands for a check in progress."""
+    if report is None:
+        return Text("Checking …", colours["secondary"])
+    if "failure" in report:
+        return Text(visible_lines(report["failure"]), colours["error"])
+    text = Text()
+    if report["ok"]:
+        text.append("✓ The plugin fulfils its contract", colours["success"])
+    else:
+        text.append("✗ The plugin breaks its contract", colours["error"])
+    rate = report["figures"].get("individuals_per_second")
+    if rate:
+        number = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
+        text.append(f"  {number} individuals/s", "dim")
+    for finding in report["findings"]:
+        colour = colours["error" if finding["level"] == "error" else "warning"]
+        text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")
+        for key in ("expected", "actual", "fix"):
+            if finding[key]:
+                text.append(f"\n  {key}: ", "dim")
+                text.append(visible(finding[key]))
+    return text
+
+
+def plugin_view(
+    kind: str, name: str, catalogue: Catalogue, colours: Mapping[str, str]
+) -> RenderableType:
+    """Return all information about a plugin, or the reason why it cannot be used."""
+    plugin = catalogue.classes[kind].get(name)
+    if plugin is None:
+        return Text(visible_lines(str(catalogue.failure(kind, name))), style=colours["error"])
+    # Join the lines of each paragraph, which is wrapped at the available width.
+    about = re.sub(r"(?<!\n)\n(?=[^\s*-])", " ", catalogue.about(kind, name))
+    parts: list[RenderableType] = [Text(visible_lines(about) + "\n")]
+    parts.append(OptionTable(plugin, colours))
+    facts = Table.grid(padding=(0, 2))
+    facts.add_column(no_wrap=True)
+    for title, text in _facts(kind, name, plugin, catalogue):
+        facts.add_row(Text(title, style="bold"), Text(visible(text)))
+    if facts.row_count:
+        parts += ["", facts]
+    return Group(*parts)
+
+
+def searchable_text(kind: str, name: str, catalogue: Catalogue) -> str:
+    """Return the searchable text of a plugin or a preset, including its options."""
+    plugin = catalogue.classes.get(kind, {}).get(name)
+    if plugin is not None:
+        texts = [f"{one} {options.meaning(field)}" for one, field in plugin.model_fields.items()]
+        return " ".join([catalogue.about(kind, name), *texts])
+    return next((one.description for one in catalogue.presets if one.name == name), "")
+
+
+def _facts(
+    kind: str, name: str, plugin: type[Plugin], catalogue: Catalogue
+) -> list[tuple[str, str]]:
+    found = []
+    if issubclass(plugin, Organism):
+        found += [(name, str(channel)) for name, channel in plugin.channels.items()]
+        found += [(name, str(one)) for name, one in default_conditions(plugin).items()]
+        offered = catalogue.offered(name, None)
+        found.append(("fitness", ", ".join(offered["fitness"]) or "none installed"))
+    if issubclass(plugin, Fitness):
+        found.append(("reads", ", ".join(plugin.needs)))
+    if issubclass(plugin, Fitness | Crossover | Mutation):
+        bodies = [
+            b for b in catalogue.classes["organism"] if name in catalogue.offered(b, None)[kind]
+        ]
+        found.append(("works with", ", ".join(bodies) or "no installed body"))
+    return found
+
+
+@dataclass(frozen=True)
+class OptionTable:
+    """The options of a plugin as a table, or as a list if words would break in the table."""
+
+    plugin: type[Plugin]
+    colours: Mapping[str, str]
+
+    def __rich_console__(self, console: Console, settings: ConsoleOptions) -> RenderResult:
+        rows = [
+            (name, options.default(field), options.allowed(field), options.meaning(field))
+            for name, field in self.plugin.model_fields.items()
+        ]
+        head = f"bold {self.colours['primary']}"
+        if not rows:
+            yield Text("The plugin has no options.", style="dim")
+        elif settings.max_width < TABLE:
+            for name, default, allowed, meaning in rows:
+                line = Text.assemble((visible(name), head), " = ", visible(default))
+                yield line.append(visible(f"  {allowed}"), "dim")
+                yield Padding(Text(visible(meaning)), (0, 0, 0, 2))
+        else:
+            table = Table(box=None, padding=(0, 2, 0, 0), header_style=head)
+            for title in ("option", "default"):
+                table.add_column(title, no_wrap=True)
+            for title in ("allowed", "meaning"):
+                table.add_column(title, ratio=1)
+            for row in rows:
+                table.add_row(*(Text(visible(cell)) for cell in row))
+            yield table
+
+
+def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> RenderableType:
+    """Return the description and the file of a preset."""
+    preset = next((preset for preset in catalogue.presets if preset.name == name), None)
+    about = Text((visible(preset.description) if preset else "") + "\n")
+    try:
+        text = highlight(read_preset(name), colours["primary"], colours["secondary"])
+    except GaitsimError as error:
+        text = Text(visible_lines(str(error)), style=colours["error"])
+    return Group(about, text)

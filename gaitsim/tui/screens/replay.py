@@ -15,7 +15,8 @@ from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.steering import create_drive, offered_commands
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
-from gaitsim.tui.screens.numbering import (
+from gaitsim.tui.screens.questions import Ask
+from gaitsim.tui.screens.replay_loading import (
     describe,
     kind_of,
     last_of,
@@ -24,11 +25,8 @@ from gaitsim.tui.screens.numbering import (
     parse_which,
     with_number,
 )
-from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.screens.replay_pane import ReplayPane
 from gaitsim.tui.widgets.canvas import BodyCanvas
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
 from gaitsim.tui.widgets.scrubber import Scrubber
 
 SPEEDS = (0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
@@ -99,12 +97,10 @@ The best individual of any generation, or a member of a front or archive, in mot
         if beside is not None:
             self.panes.append(ReplayPane(beside, classes="second"))
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         with Horizontal(id="panes"):
             yield from self.panes
         yield self._time
-        yield Footer()
 
     def on_mount(self) -> None:
         self._update_title()
@@ -288,7 +284,7 @@ The best individual of any generation, or a member of a front or archive, in mot
     @work(group="code", exclusive=True)
     async def action_code(self) -> None:
         """Show the challenge code of the individual and copy it."""
-        from gaitsim.tui.screens.codes import show_code
+        from gaitsim.tui.screens.verify import show_code
 
         if self.pane.shown is not None:
             await show_code(self, self.pane.shown.individual)

@@ -17,8 +17,15 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.formatting import clip, clip_name
-from gaitsim.tui.screens.numbering import curve_of, describe, last_of, number_of, with_number
-from gaitsim.tui.screens.replay_loading import LoadedIndividual, Loader
+from gaitsim.tui.screens.replay_loading import (
+    LoadedIndividual,
+    Loader,
+    curve_of,
+    describe,
+    last_of,
+    number_of,
+    with_number,
+)
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footfalls import FootfallStrip

@@ -1,4 +1,7 @@
-"""Commands in the background and their results."""
+"""Commands in the background, and the files that they export from a run."""
+
+import shlex
+from pathlib import Path
 
 from rich.text import Text
 from textual import on, work
@@ -11,11 +14,9 @@ from gaitsim.runs.files.folder import EXPORTS
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import duration, percentage
 from gaitsim.tui.opener import copy_paths, open_or_copy
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.tasks import Task, TaskChanged
-from gaitsim.tui.widgets.file_table import OpenTable
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
+from gaitsim.tui.widgets.lists import FileTable, OpenTable
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar
@@ -37,12 +38,10 @@ with several files opens their list.
 """
     BINDINGS = bindings("tasks")
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         yield OpenTable(id="tasks")
         with VerticalScroll(id="task-output"):
             yield Static(id="task-text")
-        yield Footer()
 
     def on_mount(self) -> None:
         """Fill the table and start updating its times."""
@@ -143,7 +142,7 @@ with several files opens their list.
             return
         folder = task.files[0].parent
         if len(task.files) > 1 and folder.name == EXPORTS:
-            self.show_screen("files.Files", folder.parent)
+            self.show_screen("tasks.Files", folder.parent)
         else:
             await open_or_copy(self.app, task.files[0], trusted=True)
 
@@ -182,3 +181,82 @@ def progress_bar(share: float) -> str:
     """Return a bar for a share from 0 to 1, followed by the percentage."""
     full = round(share * BAR)
     return f"{'━' * full}{'╌' * (BAR - full)} {percentage(share)}"
+
+
+class Files(GaitScreen):
+    """A table of the files in a run's folder `exports`."""
+
+    HELP_TEXT = """
+The gait files, plots, videos and analyses exported from this run, the latest first.
+
+Enter, or a click on the highlighted file, **opens** it with your system's default program. Without
+one, such as over SSH, its path is copied; in a browser, the file is downloaded.
+"""
+    BINDINGS = bindings("files")
+    DEFAULT_CSS = """
+    Files {
+        & DataTable { height: 1fr; }
+        & #no-files { height: 1fr; padding: 1 2; color: $text-muted; }
+        & #file-path { height: auto; padding: 0 1; background: $surface; }
+    }
+    """
+
+    def __init__(self, run: Path) -> None:
+        super().__init__()
+        self.run = run
+
+    def content(self) -> ComposeResult:
+        yield FileTable(id="files")
+        yield Static(id="no-files")
+        yield Static(id="file-path", classes="command")
+
+    def on_mount(self) -> None:
+        """List the files."""
+        self.sub_title = f"files of {visible(str(self.run))}"
+        none = f"{visible(str(self.run))} has no exports yet. Press e to export files."
+        self.query_one("#no-files", Static).update(Text(none))
+        self._list()
+
+    def on_screen_resume(self) -> None:
+        self._list()
+
+    def on_task_changed(self, event: TaskChanged) -> None:
+        """List the files that a task has written."""
+        if not event.task.running:
+            self._list()
+
+    def _list(self) -> None:
+        table = self.query_one(FileTable)
+        table.list_folder(self.run / EXPORTS, self.gaitsim.clock())
+        table.display = bool(table.row_count)
+        self.query_one("#no-files").display = not table.row_count
+        if table.row_count and self.focused is None:
+            table.focus()
+        self._show_path()
+
+    @on(DataTable.RowHighlighted)
+    def _show_path(self) -> None:
+        chosen = self._chosen()
+        path = visible(str(chosen.absolute())) if chosen else ""
+        self.query_one("#file-path", Static).update(Text(path))
+        self.refresh_bindings()
+
+    def _chosen(self) -> Path | None:
+        return self.query_one(FileTable).chosen
+
+    @property
+    def choice(self) -> RunChoice:
+        return RunChoice(self.run)
+
+    def command_line(self) -> str:
+        return shlex.join(["ls", "-lt", str(self.run / EXPORTS)])
+
+    def action_copy_path(self) -> None:
+        chosen = self._chosen()
+        if chosen is not None:
+            copy_paths(self.app, [chosen])
+
+    def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
+        if action == "copy_path":
+            return self.is_mounted and self._chosen() is not None
+        return super().check_action(action, parameters)

@@ -28,9 +28,7 @@ from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.numbering import describe, options_of
-from gaitsim.tui.widgets.footer import Footer
-from gaitsim.tui.widgets.header import Header
+from gaitsim.tui.screens.replay_loading import describe, options_of
 
 WORLDS = 100
 
@@ -76,11 +74,9 @@ The terms behind the score of an individual, and its gait.
         self._physics = self._worlds = False
         self.sub_title = "score analysis"
 
-    def compose(self) -> ComposeResult:
-        yield Header()
+    def content(self) -> ComposeResult:
         with VerticalScroll():
             yield Static(f"reading {describe(self._which)} …", id="why-state")
-        yield Footer()
 
     @work(group="read")
     async def on_mount(self) -> None:

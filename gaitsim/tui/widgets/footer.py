@@ -1,6 +1,7 @@
-"""The row of keys at the bottom of a screen."""
+"""The title bar of a screen, and the row of keys at its bottom."""
 
 from collections.abc import Sequence
+from contextlib import suppress
 from itertools import groupby
 from typing import ClassVar, NamedTuple
 
@@ -8,11 +9,32 @@ from rich.cells import cell_len
 from textual import widgets
 from textual.app import ComposeResult
 from textual.binding import Binding
+from textual.dom import NoScreen
+from textual.events import Mount
 from textual.widgets._footer import FooterKey
+from textual.widgets._header import HeaderTitle
 
 MORE = "More"
 _NEVER_OMITTED = {"screen.back", "app.help"}  # keys that are never omitted
 _LINE = 1  # cell before the key of the palette
+
+
+class Header(widgets.Header):
+    """A header that tolerates its screen being closed while it is mounted.
+
+    Textual's header would not find its title, and the app would end with a traceback.
+    """
+
+    def on_mount(self, event: Mount) -> None:
+        event.prevent_default()  # Textual's own
+        for node in (self.app, self.screen):
+            for attribute in ("title", "sub_title"):
+                self.watch(node, attribute, self._show_title)
+
+    def _show_title(self) -> None:
+        with suppress(NoScreen):
+            for title in self.query(HeaderTitle):
+                title.update(self.format_title())
 
 
 class Item(NamedTuple):

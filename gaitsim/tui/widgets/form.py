@@ -1,23 +1,36 @@
-"""A form of options, with bounds, units and descriptions from their declarations."""
+"""Forms of options from their declarations; the sections of an experiment, each with its form."""
 
+import asyncio
 from dataclasses import dataclass
 from typing import ClassVar
 
 from pydantic.fields import FieldInfo
 from rich.text import Text
-from textual import on
+from textual import on, work
 from textual.app import ComposeResult
-from textual.containers import Horizontal, Vertical
+from textual.containers import Horizontal, Vertical, VerticalScroll
+from textual.events import DescendantFocus
 from textual.message import Message
-from textual.widgets import Input, Label, Select, Static
+from textual.widget import Widget
+from textual.widgets import ContentSwitcher, Input, Label, Select, Static, Tab, Tabs
 
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import options
-from gaitsim.render.terminal.text import visible
-from gaitsim.tui.builder import Option
+from gaitsim.registry import KINDS, options
+from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.tui.builder import SECTIONS, Option, Validation
 from gaitsim.tui.formatting import clip
+from gaitsim.tui.widgets.toml_view import TomlView
 
 NAME = 22  # cells of an option's name
+FILE = "file"
+TITLES = {
+    "evolution": "Run",
+    "islands": "Islands",
+    "worlds": "Worlds",
+    "transferability": "Reality",
+    "organism": "Body",
+}
+TITLES |= {kind: kind.capitalize() for kind in KINDS[1:]} | {FILE: "File"}
 
 
 class Field(Vertical):
@@ -121,3 +134,165 @@ def _empty_value(option: Option) -> str:
     """Return the meaning of an empty input: not set, or the preset's value."""
     unset = options.optional(option.field) and not option.long
     return options.NOT_SET if unset else option.preset
+
+
+class Part(VerticalScroll):
+    """The form of a section; only a different plugin rebuilds it."""
+
+    @dataclass
+    class PluginChosen(Message):
+        """Posted when a user chooses a plugin for a section."""
+
+        section: str
+        name: str
+
+    def __init__(self, section: str, id: str) -> None:
+        super().__init__(can_focus=False, id=id)
+        self.section = section
+        self._built_from: tuple[object, ...] = ()
+        self._validation: Validation | None = None
+        self._wanted_key = ""
+        self._building = asyncio.Lock()
+
+    def show(self, found: Validation) -> None:
+        """Show the section of a validation."""
+        self._validation = found
+        form = found.forms[self.section]
+        source = (found.builder.preset, form.plugin, found.offered.get(self.section))
+        if source != self._built_from:
+            self._built_from = source
+            self._build(source, found)
+        else:
+            self._show_problems()
+
+    def _show_problems(self) -> None:
+        for field in self.query(Field):
+            if self._validation is not None:
+                field.show_problem(self._validation.problems.get(field.option.key))
+
+    @work(group="build")
+    async def _build(self, source: tuple[object, ...], found: Validation) -> None:
+        # Wait for an earlier build: a widget whose mounting is cancelled never gets its children.
+        async with self._building:
+            if source == self._built_from:
+                await self._build_form(found)
+
+    async def _build_form(self, found: Validation) -> None:
+        form = found.forms[self.section]
+        await self.remove_children()
+        parts: list[Widget] = []
+        if self.section in KINDS:
+            names = found.offered[self.section]
+            known = names if form.plugin in names else (*names, form.plugin)
+            choices = [(Text(visible(name)), name) for name in known]
+            select = Select(
+                choices, value=form.plugin, allow_blank=False, compact=True, classes="plugin"
+            )
+            parts.append(Horizontal(Label("plugin", classes="field-name"), select, classes="row"))
+        if form.about:
+            parts.append(Static(Text(visible(form.about.split("\n\n")[0])), classes="about"))
+        if form.problem is not None:
+            parts.append(Static(Text(visible_lines(str(form.problem))), classes="problem"))
+        elif not form.options:
+            parts.append(Static("This part has no options.", classes="about"))
+        with self.prevent(Select.Changed, Input.Changed):
+            await self.mount_all([*parts, *map(Field, form.options)])
+        self._show_problems()
+        self.focus_on(self._wanted_key)
+
+    def focus_on(self, key: str, *, later: bool = False) -> None:
+        """Focus the field of a key: an option, or the choice of the plugin.
+
+        Args:
+            key: key of the option.
+            later: whether to wait for the form of a different plugin.
+        """
+        self._wanted_key = ""
+        fields = {} if later else {field.option.key: field for field in self.query(Field)}
+        if key in fields:
+            fields[key].query("Input, Select").first().focus()
+        elif key.endswith(".plugin") and self.query(".plugin"):
+            self.query(".plugin").first().focus()
+        else:
+            self._wanted_key = key  # retried once the form is built
+
+    @on(Select.Changed, ".plugin")
+    def _chosen(self, event: Select.Changed) -> None:
+        event.stop()
+        name = str(event.value)
+        if self._validation is not None and name != self._validation.forms[self.section].plugin:
+            self.post_message(self.PluginChosen(self.section, name))
+
+
+class Sections(Vertical):
+    """Tabs across the full width; below them, the form of one section and the experiment file."""
+
+    def __init__(self, id: str) -> None:
+        super().__init__(id=id)
+        self._validation: Validation | None = None
+
+    def compose(self) -> ComposeResult:
+        """Compose the tabs, a form for each section, and the file."""
+        yield Tabs(*(Tab(title, id=name) for name, title in TITLES.items()), id="sections")
+        with Horizontal():
+            with ContentSwitcher(id="parts", initial=f"part-{SECTIONS[0]}"):
+                for section in SECTIONS:
+                    yield Part(section, id=f"part-{section}")
+                yield TomlView(id=f"part-{FILE}")
+            yield TomlView(id="beside")
+
+    @property
+    def active(self) -> str:
+        """The name of the visible section."""
+        return self.query_one(Tabs).active
+
+    @active.setter
+    def active(self, name: str) -> None:
+        self.query_one(Tabs).active = name
+
+    def switch(self, by: int) -> None:
+        """Show the section that is `by` tabs further."""
+        used = self._validation.used_sections if self._validation else SECTIONS
+        names = [name for name in TITLES if name in (*used, FILE)]
+        self.active = names[(names.index(self.active) + by) % len(names)]
+
+    def part(self, section: str) -> Part:
+        """Return the form of a section."""
+        return self.query_one(f"#part-{section}", Part)
+
+    def show(self, found: Validation) -> None:
+        """Show a validation: the active form, the tabs with problems, and the file."""
+        self._validation = found
+        self._show_part()
+        tabs = self.query_one(Tabs)
+        for section in SECTIONS:
+            (tabs.show if section in found.used_sections else tabs.hide)(section)
+            wrong = any(key.partition(".")[0] == section for key in found.problems)
+            self.query_one(f"#{section}", Tab).label = "✗ " * wrong + TITLES[section]
+        for view in self.query(TomlView):
+            view.show(found.toml)
+
+    @on(Tabs.TabActivated)
+    def _on_tab(self, event: Tabs.TabActivated) -> None:
+        event.stop()
+        self.query_one(ContentSwitcher).current = f"part-{self.active}"
+        self._show_part()
+        self.mark_line(self.active)
+
+    def _show_part(self) -> None:
+        """Update only the visible form, as updates are slow."""
+        if self._validation is not None and self.active in self._validation.used_sections:
+            self.part(self.active).show(self._validation)
+
+    def on_descendant_focus(self, event: DescendantFocus) -> None:
+        """Mark the line of the file that the focused field changes."""
+        for widget in event.widget.ancestors_with_self:
+            if isinstance(widget, Field):
+                self.mark_line(widget.option.key)
+            elif widget.has_class("plugin"):
+                self.mark_line(f"{self.active}.plugin")
+
+    def mark_line(self, key: str) -> None:
+        """Mark the line of an option in the file, and scroll to it."""
+        for view in self.query(TomlView):
+            view.mark_line(key)

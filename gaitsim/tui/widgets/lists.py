@@ -1,4 +1,4 @@
-"""Tables whose rows are opened by Enter, or by a click on the highlighted row."""
+"""Tables and lists whose rows are opened by Enter, or by a click on the highlighted row."""
 
 import os
 import stat
@@ -7,12 +7,25 @@ from typing import Any
 
 from rich.text import Text
 from textual import on
-from textual.widgets import DataTable
+from textual.events import Click
+from textual.widgets import DataTable, OptionList
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import age, file_size
 from gaitsim.tui.opener import open_or_copy
+
+
+class ChoiceList(OptionList):
+    """A list in which a first click highlights a row and a second one chooses it."""
+
+    async def _on_click(self, event: Click) -> None:
+        row = event.style.meta.get("option")
+        if row is None or row == self.highlighted:
+            await super()._on_click(event)
+        elif not self.get_option_at_index(row).disabled:
+            self.highlighted = row
+        event.prevent_default()
 
 
 class OpenTable(DataTable[Text]):
