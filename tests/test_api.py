@@ -110,17 +110,6 @@ def test_invalid_arguments_are_reported_before_the_loop() -> None:
         gs.evolve("spider").run  # noqa: B018
 
 
-@pytest.mark.parametrize("given", [0, -1, 1.5, "2", True])
-def test_an_invalid_number_of_workers_is_rejected(
-    given: Any, evolved_search: gs.Search, tmp_path: Path
-) -> None:
-    with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
-        gs.evolve("spider", workers=given, out=tmp_path / "refused")
-    with pytest.raises(gs.GaitsimError, match="a whole number, 1 or more"):
-        evolved_search.run.resume(workers=given)
-    assert not list(tmp_path.iterdir())
-
-
 def test_leaving_a_loop_stops_the_workers_and_unlocks_the_run(tmp_path: Path) -> None:
     out = tmp_path / "left"
     before = set(threading.enumerate())
@@ -205,17 +194,6 @@ def test_a_run_is_evolved_and_stopped_in_the_background(tmp_path: Path) -> None:
     assert again.run.fingerprint() == run.fingerprint()
 
 
-def test_a_hand_edit_is_a_warning_when_the_run_resumes(tmp_path: Path) -> None:
-    out = tmp_path / "edited"
-    for _ in gs.evolve("spider", generations=2, population=24, out=out):
-        pass
-    file = out / "experiment.toml"
-    assert "\nrate = 0.08" in file.read_text()
-    file.write_text(file.read_text().replace("\nrate = 0.08", "\nrate = 0.09"))
-    with pytest.warns(UserWarning, match=r"mutation\.rate: 0\.08, now 0\.09"):
-        assert [generation.number for generation in gs.load(out).resume(3)] == [3]
-
-
 def test_pictures_show_individuals(evolved_search: gs.Search, tmp_path: Path) -> None:
     run = evolved_search.run
     picture = gs.picture(run.champion, 1.0, size=(160, 90))
@@ -280,15 +258,6 @@ def test_tables_of_notebooks_are_escaped(evolved_search: gs.Search, tmp_path: Pa
         assert table.startswith("<table>")
         assert not any(tag in table for tag in ("<script", "<b>", "<i>"))
     assert html.escape(evil) in experiment._repr_html_()
-
-
-def test_tables_hold_terms_and_measures(evolved_search: gs.Search) -> None:
-    assert evolved_search.last is not None
-    assert evolved_search.champion is not None
-    assert "slip " in evolved_search.last._repr_html_()
-    assert f"forward, m {evolved_search.champion.measures['forward']:.4g}" in (
-        evolved_search.champion._repr_html_()
-    )
 
 
 def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.Search) -> None:

@@ -171,12 +171,6 @@ def test_a_value_that_is_not_a_number_is_refused(value):
         create_trial(propose(random_prior(), [], SETTINGS), value)
 
 
-@pytest.mark.parametrize("wrong", [{"trials": 0}, {"kappa": -1}, {"noise": 0}, {"stop": math.nan}])
-def test_invalid_settings_are_refused(wrong):
-    with pytest.raises(GaitsimError, match=next(iter(wrong))):
-        AdaptationSettings(**wrong)
-
-
 def test_the_map_of_an_atlas_has_the_performance_of_its_members_on_the_intact_body(puppet_run):
     axes = "{ reach = [-3, 3], price = [-0.2, 0] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=30")
@@ -196,11 +190,6 @@ def test_the_map_of_an_atlas_has_the_performance_of_its_members_on_the_intact_bo
         np.testing.assert_array_equal(reread, prior.performance)
     with pytest.raises(GaitsimError, match="unknown measure 'forward'"):
         read_prior(run)
-
-
-def test_a_run_without_an_archive_is_not_an_atlas(puppet_run):
-    with pytest.raises(GaitsimError, match="is not an atlas"):
-        read_prior(puppet_run(), "reach")
 
 
 def test_simulated_trials_use_the_damaged_body_or_its_damaged_twin():

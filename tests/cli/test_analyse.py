@@ -119,17 +119,6 @@ def test_json_has_all_numbers(gaitsim, spider):
     assert found["figure"] is None
 
 
-def test_a_chosen_generation_is_analysed(gaitsim, spider):
-    found = strict(gaitsim("analyse", "spider", "--generation", 1, "--json").stdout)
-    assert (found["generation"], found["score"]) == (1, spider.individual(1).score)
-    assert found["robustness"] is None
-    for arguments, says in [
-        (("--generation", 4), "has no generation 4"),
-        (("--generation", 1, "--gait", "a.csv"), "--generation and --gait"),
-    ]:
-        assert says in gaitsim("analyse", "spider", *arguments, code=2).stderr
-
-
 def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
     champion = strict(gaitsim("analyse", "spider", "--json").stdout)
     for format in ("mat", "csv", "npz"):
@@ -184,14 +173,6 @@ def test_a_body_without_feet_has_a_score_but_no_gait(gaitsim, puppet_file, tmp_p
     assert not (tmp_path / "a.png").exists()
     done = gaitsim("analyse", "puppet", "--gait", GAITS / "wave.npz", code=2)
     assert "24 joints" in done.stderr or "cannot play" in done.stderr
-
-
-def test_only_the_foremost_of_many_feet_are_shown(gaitsim):
-    gaitsim("run", "millipede", "--generations", 2, "--set", "organism.pairs=15")
-    shown = gaitsim("analyse", "millipede").stdout
-    for count, name in ((2, "L12 "), (0, "L13 "), (2, "R12 "), (0, "R13 ")):
-        assert sum(line.startswith(name) for line in shown.splitlines()) == count
-    assert "and 6 more feet; --json lists all" in shown
 
 
 @pytest.fixture

@@ -9,14 +9,6 @@ def table(path):
     return [line.split(",") for line in path.read_text().splitlines()]
 
 
-def test_the_options_of_a_servo_table(gaitsim, finished, tmp_path):
-    arguments = ("--format", "servo", "--keyframe-ms", 500, "--centre", 90, "--out", "x.csv")
-    gaitsim("export", "puppet", *arguments, "--min", -720, "--max", 720)
-    rows = table(tmp_path / "x.csv")
-    assert [row[0] for row in rows[1:]] == ["0", "500", "1000"]
-    assert rows[1][1:] == ["90.00"] * 3
-
-
 def test_an_animated_gltf(gaitsim, finished, tmp_path):
     said = gaitsim("export", "puppet", "--out", "body.glb", "--generation", 1).stdout
     assert "5 frames at 4 Hz" in said
@@ -86,12 +78,6 @@ def test_a_wrong_extension_is_rejected(gaitsim, finished, tmp_path, name):
     assert sorted(tmp_path.iterdir()) == before
     gaitsim("export", "puppet", "--out", name, "--format", "npz")
     assert (tmp_path / name).read_bytes().startswith(b"PK")
-
-
-def test_a_name_without_an_extension_gets_one(gaitsim, finished, tmp_path):
-    assert gaitsim("export", "puppet", "--out", "gait").stdout.startswith("gait.mat: ")
-    assert (tmp_path / "gait.mat").read_bytes().startswith(b"MATLAB 5.0")
-    assert not (tmp_path / "gait").exists()
 
 
 def test_a_filled_in_calibration_template_gives_a_sketch(gaitsim, finished, tmp_path):

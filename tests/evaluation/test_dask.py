@@ -112,11 +112,6 @@ def test_results_come_in_the_tasks_order(made):
     assert made.map(chores.square, [5]) == [25]
 
 
-def test_results_are_writable(made):
-    (array,) = made.map(np.zeros, [3])
-    assert array.flags.writeable
-
-
 def test_a_cluster_gives_the_same_bits_as_none(made, shared):
     experiment = load_experiment("millipede", {"evolution.population": 11})
     genomes = first_population(experiment)
@@ -166,12 +161,6 @@ def test_closing_with_unfinished_tasks_prints_nothing(address, alarmed, caplog):
             another.map(chores.sleep_for, [0.6] * 9)
     gc.collect()
     assert not caplog.records
-
-
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-def test_local_workers_block_ctrl_c(client):
-    masks = client.run(lambda: signal.pthread_sigmask(signal.SIG_BLOCK, []))
-    assert all(signal.SIGINT in mask for mask in masks.values())
 
 
 def test_a_failing_task_cancels_the_rest(made, tmp_path):

@@ -196,15 +196,6 @@ def part(*scores, **terms):
     return Evaluation(np.array(scores), {n: np.array(v) for n, v in terms.items()}, reasons)
 
 
-def test_parts_are_joined_in_order(puppet):
-    whole = join_evaluations(
-        puppet(), [part(1.0, -INF, a=[1, 2]), part(-INF, a=[3]), part(4.0, a=[4])]
-    )
-    assert whole.scores.tolist() == [1, -INF, -INF, 4]
-    assert whole.terms["a"].tolist() == [1, 2, 3, 4]
-    assert whole.reasons == {1: "why -inf", 2: "why -inf"}
-
-
 def test_parts_with_different_terms_are_refused(puppet):
     with pytest.raises(PluginError, match=r"'puppet-reach'.* b after a"):
         join_evaluations(puppet(), [part(1.0, a=[1.0]), part(1.0, b=[1.0])])

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binomtest
 
-from gaitsim.contracts import BitSpace, RealSpace
+from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.evolution.context import ExperimentOperators
@@ -78,19 +78,6 @@ def test_children_outside_the_bounds_are_repaired(puppet, puppets, monkeypatch):
     genomes, after = bred(puppet())
     assert (after[2:] == 2.0).all()
     assert np.array_equal(after[:2], genomes[[1, 3]])
-
-
-def test_operators_are_used_as_they_are_at_that_generation(puppet, puppets, monkeypatch):
-    asked = []
-
-    def at(self, generation):
-        asked.append((type(self).__name__, generation))
-        return self
-
-    for operator in (puppets.Best, puppets.Mean, puppets.Jitter):
-        monkeypatch.setattr(operator, "at", at)
-    bred(puppet(), generation=7)
-    assert asked == [("Best", 7), ("Mean", 7), ("Jitter", 7)]
 
 
 def test_operators_that_change_what_they_are_given_change_nothing_else(
@@ -183,13 +170,6 @@ def test_an_error_in_the_genome_space_names_the_organism(puppet, monkeypatch, me
     monkeypatch.setattr(RealSpace, method, wrong)
     with pytest.raises(PluginError, match=f"organism 'puppet'.* {says}"):
         bred(puppet())
-
-
-def test_a_repair_that_is_not_stable_names_the_organism(puppet, puppets, monkeypatch):
-    space = BitSpace(("a", "b", "c"), repair_bits=lambda genomes: 1 - genomes)
-    monkeypatch.setattr(puppets.BitPuppet, "genome_space", lambda self: space)
-    with pytest.raises(PluginError, match="organism 'bit-puppet'"):
-        bred(puppet("organism.plugin=bit-puppet"))
 
 
 @settings(max_examples=40)

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from breeding import breed, initial_population
+from breeding import breed
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -14,7 +14,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.evolution.islands import evolve_epoch, migrate
 from gaitsim.evolution.repeats import evolve_repeats
-from gaitsim.experiment import Islands, parse_experiment
+from gaitsim.experiment import Islands
 
 THREE = ("islands.number=3", "islands.every=2", "islands.migrants=1", "evolution.generations=7")
 
@@ -110,13 +110,6 @@ def test_migration_makes_no_island_worse(number, migrants, topology, seed):
 # Evolving
 
 
-def test_islands_have_random_streams_of_their_own(puppet):
-    experiment = puppet(*THREE)
-    first = next(evolve(experiment, here(experiment))).genomes.reshape(3, 6, 3)
-    assert np.array_equal(first[0], initial_population(puppet(), experiment.space()))
-    assert len(np.unique(first.reshape(18, 3), axis=0)) == 18
-
-
 def test_between_migrations_islands_are_bred_apart(puppet):
     experiment = puppet(*THREE)
     space = experiment.space()
@@ -155,19 +148,6 @@ def test_epochs_make_the_same_generations(puppet, every, topology):
             whole[begun.number :],
             evolve(experiment, here(experiment), begun, parallel_map=in_turn(experiment)),
         )
-
-
-def test_epochs_start_from_a_warm_start(puppet):
-    experiment = puppet(*THREE)
-    start = np.array([0.5, -0.5, 1.0])
-    whole = list(evolve(experiment, here(experiment), warm_start=start))
-    first = whole[0].genomes.reshape(3, 6, 3)
-    assert (first[:, 0] == start).all()
-    assert len(np.unique(first[:, 1:].reshape(15, 3), axis=0)) == 15
-    same(
-        whole,
-        evolve(experiment, here(experiment), warm_start=start, parallel_map=in_turn(experiment)),
-    )
 
 
 def test_a_search_stops_within_an_epoch(puppet):
@@ -242,13 +222,3 @@ def test_invalid_islands_are_refused(puppet, overrides, what, allowed):
     (problem,) = refused.value.problems
     assert what in problem.what
     assert allowed in problem.allowed
-
-
-def test_options_of_islands_round_trip(puppet):
-    experiment = puppet(*THREE, "islands.topology=all")
-    again = parse_experiment(experiment.to_toml(), "again")
-    assert again.islands == Islands(number=3, every=2, migrants=1, topology="all")
-    assert again.individuals == 18
-    with pytest.raises(ExperimentError) as refused:
-        puppet("migrants=3")
-    assert "islands.migrants" in refused.value.problems[0].remedy

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from breeding import breed, initial_population
 
-from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evolution import SearchProgress, evolve
@@ -97,12 +96,6 @@ def test_each_stop_condition(puppet, bests, override, reason, number):
     assert list(evolve(experiment, pytest.fail, generations[-1])) == []
 
 
-def test_without_a_threshold_there_are_no_champions(puppet):
-    generations = course(puppet, [1, 2, 3], "evolution.generations=3")
-    assert not any(generation.is_champion for generation in generations)
-    assert generations[-1].progress.threshold is None
-
-
 def test_champions_beat_a_threshold_that_rises_in_steps(puppet):
     generations = course(
         puppet,
@@ -144,10 +137,3 @@ def test_terms_that_change_their_names_are_refused(puppet):
     next(events), next(events)
     with pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* b, a after a, b"):
         next(events)
-
-
-def test_an_error_in_measuring_diversity_names_the_package(puppet, monkeypatch):
-    monkeypatch.setattr(RealSpace, "diversity", lambda self, genomes: 1 / 0)
-    experiment = puppet()
-    with pytest.raises(PluginError, match=r"gaitsim-puppets.* measuring diversity"):
-        next(evolve(experiment, partial(evaluate, experiment)))

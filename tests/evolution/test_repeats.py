@@ -53,13 +53,6 @@ def test_children_come_from_parents_of_their_own_repeat() -> None:
     np.testing.assert_array_equal(bred, genomes)
 
 
-def test_best_scores_never_fall() -> None:
-    experiment = small("millipede-random")
-    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 11))
-    assert np.shape(best) == (6, 11)
-    assert (np.diff(best, axis=0) >= 0).all()
-
-
 @pytest.mark.slow
 def test_repeats_are_distributed_as_single_runs_are() -> None:
     experiment = small("millipede-double-mutation", "evolution.generations=15")
@@ -71,3 +64,10 @@ def test_repeats_are_distributed_as_single_runs_are() -> None:
         single.append(end.progress.best_score)
     assert mannwhitneyu(last, single).pvalue > 0.01
     assert abs(last.mean() - np.mean(single)) < 0.6
+
+
+def test_best_scores_never_fall() -> None:
+    experiment = small("millipede-random")
+    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 11))
+    assert np.shape(best) == (6, 11)
+    assert (np.diff(best, axis=0) >= 0).all()

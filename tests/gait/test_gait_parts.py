@@ -36,12 +36,6 @@ def test_steps_are_counted_by_hand():
     assert stride.periodicity > 0.95
 
 
-def test_one_stride_is_not_mistaken_for_two():
-    touching = np.tile(contacts("..##....", "....####"), (8, 1))
-    _, stride = feet_of(touching, ("a", "b"), 8.0)
-    assert stride.frames == 8
-
-
 def test_chatter_is_not_counted_as_steps():
     clean = np.tile(contacts("..........##########"), (6, 1))
     rough = clean.copy()
@@ -125,14 +119,6 @@ def test_the_heading_is_the_spiders_yaw(spider):
         assert turned == pytest.approx(motion["pose"][index, :, 2], abs=1e-4)
 
 
-def test_a_heading_goes_on_past_half_a_turn():
-    angle = np.linspace(0, 3 * np.pi, 40)
-    ends = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=-1)
-    body = np.stack([ends, -ends], axis=1)
-    assert heading(body) == pytest.approx(angle)
-    assert heading(np.zeros((5, 3, 3))) is None
-
-
 def test_a_body_that_pitches_over_has_no_heading():
     pitch = np.linspace(0, np.pi, 40)[:, None]
     x, z = np.array([1.0, 1, -1, -1]), np.array([0.1, -0.1, 0.1, -0.1])
@@ -183,13 +169,6 @@ def test_slip_is_the_slide_of_standing_feet():
     down = np.ones_like(skeleton.touching)
     feet[:, 1, 0] = 0  # the mean of one that is and one that is not
     assert slip_of(feet, down, path, feet - path[:, None]).distance == pytest.approx(0.5)
-
-
-@pytest.mark.parametrize("frequency", [0.7, 1.5, 4.0, 7.5, 12.0])
-def test_the_rhythm_of_a_sine_is_its_frequency(frequency):
-    course = np.zeros((300, 1, 3))
-    course[:, 0, 2] = np.sin(2 * np.pi * frequency * np.arange(300) / 30)
-    assert naming.rhythm(course, 30.0) == pytest.approx([frequency], rel=0.02)
 
 
 def test_feet_that_flicker_are_flagged():

@@ -98,15 +98,6 @@ def test_a_motion_that_fails_has_no_score(puppet, install):
     assert (found.perturbations, found.missing) == ((), ("the motion fails: it fell",))
 
 
-def test_terms_that_cancel_are_named():
-    history = columns(movement=[0.0, 2, 5], change=[0.0, -1, -4])
-    words = summarise({"movement": 5.0, "change": -4.0}, history, 3)
-    assert not any("dominates" in sentence for sentence in words)
-    assert "movement and change largely cancel (+5.000 and -4.000)" in words
-    history = columns(movement=[0.0, 2, 5], change=[0.0, 0, -1])
-    assert "cancel" not in str(summarise({"movement": 5.0, "change": -1.0}, history, 3))
-
-
 def test_the_summary_of_one_term_is_empty():
     assert summarise({"travel": 3.0}, {}, None) == ()
     assert summarise({"a": 9.0, "b": 0.001}, {}, None) == (

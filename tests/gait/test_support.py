@@ -52,14 +52,6 @@ def test_margins_of_hand_made_polygons(feet, centre, margin):
         assert stability_margin(skeleton) == pytest.approx([margin] * 2, abs=1e-9)
 
 
-def test_only_feet_on_the_ground_carry():
-    down = [True, True, False, True]
-    assert stability_margin(standing(SQUARE, (0.2, 0), down)) == pytest.approx(
-        [0.2 / np.sqrt(2)], abs=1e-12
-    )
-    assert stability_margin(standing(SQUARE, (0, 0), [False] * 4)) == [-np.inf]
-
-
 def test_a_planar_body_cannot_tip_sideways():
     feet = [(0.5, 0), (-0.3, 0), (0.1, 0)]
     assert stability_margin(standing(feet, (0.1, 0))) == pytest.approx([0.4])

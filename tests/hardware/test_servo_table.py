@@ -1,7 +1,6 @@
 """Servo tables: keyframes, ranges and playback."""
 
 import csv
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -59,13 +58,6 @@ def test_the_deviation_of_fewer_keyframes_is_reported():
     assert table.deviation == pytest.approx(20)  # joint b
 
 
-def test_the_last_frame_counts_at_odd_frame_rates():
-    for rate in (30.0, 24.0, 60.0, 100 / 3):
-        frames = round(rate) + 1
-        table = table_of(replace(gait(np.zeros(frames)), frame_rate=rate), HALF_TURN, 20)
-        assert table.milliseconds[-1] == int(1000 * round(rate) / rate) // 20 * 20
-
-
 def test_angles_beyond_the_range_are_refused_with_joint_and_time():
     with pytest.raises(GaitsimError) as error:
         table_of(gait([0, 10, -45, 20]), (90, 30, 150))
@@ -104,17 +96,6 @@ def test_times_increase_and_angles_stay_in_range(degrees, rate, keyframe_ms):
     assert table.milliseconds[-1] <= round(1000 * (len(degrees) - 1) / rate)
     assert np.abs(table.degrees).max() <= 90
     assert not np.signbit(table.degrees[table.degrees == 0]).any()
-
-
-def test_a_slower_playback_takes_longer():
-    table = table_of(gait([0, 30, -12]), HALF_TURN, speed=0.5)
-    assert table.milliseconds.tolist() == [0, 200, 400]
-    table = table_of(gait([0, 30, -12]), HALF_TURN, 100, speed=0.5)
-    assert table.milliseconds.tolist() == [0, 100, 200, 300, 400]
-    assert table.degrees[:, 0].tolist() == [0, 15, 30, 9, -12]
-    for speed in (0, -1, np.nan, np.inf):
-        with pytest.raises(GaitsimError, match="invalid playback speed"):
-            table_of(gait([0, 30]), HALF_TURN, speed=speed)
 
 
 def test_too_few_or_too_close_keyframes_are_refused():

@@ -152,13 +152,6 @@ def test_typed_values_are_read_by_the_type_of_the_option(name, typed, value):
     assert type(found) is type(value)
 
 
-def test_a_file_is_read_as_it_is_written():
-    fields = Many.model_fields
-    assert options.convert_value(fields["label"], 12, None) == 12
-    assert options.convert_value(fields["mass"], ".5", None) == ".5"
-    assert options.convert_value(fields["limit"], "none", None) is None
-
-
 @settings(max_examples=50)
 @given(st.text())
 def test_any_text_is_a_value(text):
@@ -206,8 +199,3 @@ def test_invalid_toml_is_reported_with_its_place(text, what, where):
         parse(text, "x.toml")
     assert what in raised.value.what
     assert raised.value.where.startswith(where)
-
-
-def test_the_largest_whole_numbers_are_read():
-    values = [-(2**63), 2**63 - 1]
-    assert parse(f"a = {values}", "")["a"] == values

@@ -74,15 +74,6 @@ def test_a_preset_that_cannot_be_read_names_its_package(install, files, target, 
     assert read_preset("spider")
 
 
-def test_a_preset_of_two_packages_is_refused(install):
-    for package in ("one", "two"):
-        install(package, entries={"experiments": {"spider": ""}})
-    with pytest.raises(PluginError) as raised:
-        read_preset("spider")
-    assert all(f"{name} " in raised.value.what for name in ("gaitsim", "one", "two"))
-    assert read_preset("spider-recurrence")
-
-
 def test_an_unknown_preset_is_refused_with_the_nearest():
     with pytest.raises(PluginError, match="did you mean 'spider'"):
         read_preset("spidr")

@@ -17,14 +17,11 @@ from gaitsim.actions.plot import file_stem
 from gaitsim.contracts import Channel, Motion, Skeleton, Subject
 from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
 from gaitsim.experiment import load_atlas
-from gaitsim.gait import with_damage
-from gaitsim.gait.feet import feet_of
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import lines_of
 from gaitsim.render.plots.data import window_slice
-from gaitsim.render.plots.labels import format_number, heading_of, heading_of_run
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.runs.files.history import terms_of
@@ -414,16 +411,6 @@ def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
     assert "vertical load: full row 1 N, body weight 7.2 N" in texts(figure)
 
 
-def test_duty_factors_are_as_in_the_analysis(spider_run):
-    request = request_for(spider_run, window=(1.0, 3.0))
-    skeleton = request.individual.skeleton
-    (axes,) = draw("footfall", request).axes
-    (right,) = axes.child_axes
-    feet, _ = feet_of(skeleton.touching, skeleton.contact_names, skeleton.frame_rate)
-    shown = [label.get_text() for label in right.get_yticklabels()]
-    assert shown == [f"{foot.duty_factor:.2f}" for foot in feet]
-
-
 def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
     request = request_for(spider_run, window=(0.0, 1.0))
     figure = draw("joints", request)
@@ -468,20 +455,6 @@ def test_channels_without_joints_are_rejected_by_the_joints_plot(spider_run):
     with pytest.raises(GaitsimError, match="'pose' does not have the axes") as error:
         draw("joints", request_for(spider_run, channel="pose"))
     assert "joint_angles" in error.value.allowed
-
-
-@pytest.mark.slow
-def test_titles_name_the_run_and_scores_have_units(bundled):
-    run = bundled("walker")
-    one = run.individual()
-    written = texts(draw("footfall", request_for(run)))
-    (heading,) = (text for text in written if "seed" in text)
-    assert heading.startswith(run.path.name)
-    assert heading.endswith(f"score {format_number(one.score)} m")
-    assert "score (distance, m)" in texts(draw("fitness", request_for(run)))
-    assert "term of the score (m)" in texts(draw("terms", request_for(run)))
-    assert heading_of_run("mine", run.experiment) == "mine (walker), seed 0"
-    assert heading_of_run("walker", run.experiment) == "walker, seed 0"
 
 
 @pytest.mark.parametrize(
@@ -612,19 +585,6 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
 
 def test_a_body_that_is_one_point_has_a_path(puppet_run):
     assert "start" in texts(draw("path", request_for(puppet_run())))
-
-
-def test_components_have_names(flier, spider_run):
-    place = read_signal(flier.individual(), "place")
-    assert place.channel is flier.experiment.organism.channels["place"]
-    assert place.entries == (("trial 1", "trial 2"), ("x", "y", "z"))
-    assert read_signal(flier.individual(), "rotation").entries[1] == ("w", "x", "y", "z")
-    feet = read_signal(spider_run.individual(), "feet")
-    assert feet.entries[0][:2] == ("L1", "L2")
-    assert read_signal(spider_run.individual(), "joint_angles").entries[0][1] == "L1 femur"
-    pose = read_signal(spider_run.individual(), "pose")
-    assert pose.entries == (("x", "y", "yaw"),)
-    assert [line.unit for line in lines_of(pose, ())] == ["m", "m", "rad"]
 
 
 def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monkeypatch):
@@ -779,10 +739,3 @@ def test_file_names_describe_the_plot(spider_run):
     assert stem("path", request_for(spider_run, 2)) == "path-generation-2"
     request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
     assert stem("channel", request) == "channel-feet-L1----z-generation-1-3"
-
-
-def test_a_heading_has_the_damage_rather_than_the_score(spider_run):
-    champion = spider_run.individual()
-    assert "score" in heading_of([champion])
-    hurt = with_damage(champion, ["R3 femur stuck 20"])
-    assert heading_of([hurt]).endswith("R3 femur stuck 20")

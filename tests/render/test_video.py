@@ -268,23 +268,10 @@ def test_invalid_settings_are_rejected(settings, message):
     assert error.value.allowed
 
 
-def test_a_gif_may_have_an_odd_size(spider_run, tmp_path):
-    Video(spider_run, (), RenderSettings("gif", (101, 67), fps=1, speed=5, intro=False)).write(
-        tmp_path / "a.gif"
-    )
-    with Image.open(tmp_path / "a.gif") as gif:
-        assert gif.size == (101, 67)
-
-
 def test_too_many_bodies_are_rejected(spider_run):
     with pytest.raises(GaitsimError, match="7 bodies do not fit") as error:
         Video(spider_run, (1, 2, 3, 1, 2, 3, 1), RenderSettings(**SMALL))
     assert "--size" in error.value.remedy
-
-
-def test_a_body_that_is_a_point_has_a_video(puppet_run, tmp_path):
-    Video(puppet_run(), (), RenderSettings(**SMALL)).write(tmp_path / "a.mp4")
-    assert len(decoded(tmp_path / "a.mp4")[2]) == 31  # 5 frames at 4 Hz
 
 
 @pytest.mark.parametrize(

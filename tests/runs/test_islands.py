@@ -9,7 +9,7 @@ import pytest
 from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import parse_assignments
-from gaitsim.runs.creation import create_run, fork_run
+from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.checkpoint import pack, read_checkpoint
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import stages_of
@@ -141,15 +141,6 @@ def test_stages_may_change_all_but_the_number(run):
     with pytest.raises(ExperimentError, match="a problem") as refused:
         evolve(run.path, "evolution.population=9")
     assert refused.value.problems[0].allowed == "6"
-
-
-def test_a_fork_is_cut_to_the_checkpoint(run, new):
-    stopped = evolve(new(), until=4)
-    path = stopped.path / "islands.csv"
-    path.write_bytes(path.read_bytes() + b"5,0.5,0.25,0.125\n")
-    fork = RunSnapshot(fork_run(stopped.path))
-    assert len((fork.path / "islands.csv").read_text().splitlines()) == 5
-    assert evolve(fork.path).fingerprint() == run.fingerprint()
 
 
 def test_an_older_checkpoint_has_one_island(puppet, tmp_path):

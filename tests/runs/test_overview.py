@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from run_helpers import evolve_run
 
 from gaitsim.runs.files import safe_pickle
 from gaitsim.runs.growing import overview
@@ -68,26 +67,6 @@ def test_stagnation_ends_a_run(make, puppets, full_reads, monkeypatch):
         },
     )
     assert check(make("walk", 3, "evolution.stagnation=2")).state == "finished"
-    assert not full_reads
-
-
-def test_no_finite_score_is_no_best(make, puppets, full_reads, monkeypatch):
-    monkeypatch.setattr(
-        puppets.Reach,
-        "terms",
-        lambda fitness, motion: {
-            name: np.full(len(motion["reach"]), np.nan) for name in ("reach", "price")
-        },
-    )
-    assert check(make()).best is None
-    assert not full_reads
-
-
-def test_a_run_of_two_stages(make, full_reads):
-    path = make("walk", 2)
-    evolve_run(path, 4, "fitness.price=0.9")
-    found = check(path)
-    assert (found.stage, found.generation) == (2, 4)
     assert not full_reads
 
 

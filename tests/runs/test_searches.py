@@ -104,19 +104,6 @@ def test_workers_and_forks_make_no_difference(searching, tmp_path):
     assert RunSnapshot(copy).fingerprint() == RunSnapshot(here.path).fingerprint()
 
 
-def test_another_fitness_reevaluates_what_the_search_remembers(searching, tmp_path):
-    path = evolved(searching("evolution.generations=3"), tmp_path / "run")
-    with RunWriter.open(path, overrides={"fitness.price": 0.4}, generations=6) as writer:
-        for _ in writer.evolve(partial(evaluate, writer.experiment)):
-            pass
-    run = RunSnapshot(path)
-    assert [stage.last for stage in run.stages] == [3, 6]
-    assert verify(run, everything=True).identical
-    assert run.experiment.search.remembered(run.finished.state) is None or (
-        run.finished.evaluations > 7 * 12
-    )
-
-
 def test_a_changed_state_is_found_and_a_damaged_one_rejected(searching, tmp_path):
     path = evolved(searching("evolution.generations=3"), tmp_path / "run")
     checkpoint = RunSnapshot(path).finished

@@ -218,13 +218,6 @@ def test_an_experiment_edited_by_hand_starts_the_same_stage(plain, staged):
     assert RunSnapshot(plain).fingerprint() == staged.fingerprint()
 
 
-@pytest.mark.parametrize("until", [5, 6, 7])
-def test_a_resumed_stage_is_identical(plain, staged, until):
-    continue_run(plain, until, overrides=CLIMB, generations=8)
-    assert continue_run(plain) == ""
-    assert_same(RunSnapshot(plain), staged)
-
-
 def killed_in(monkeypatch, owner, step, number, doing):
     """Call a function, killed at the n-th call of a step; return whether that call was reached."""
     with monkeypatch.context() as patch:

@@ -182,13 +182,6 @@ def test_one_gene_of_the_checkpoint_is_found(run):
         assert any("gene 2 of individual 3 differs" in text for text in texts), texts
 
 
-def test_the_previous_checkpoint_is_compared_too(run):
-    before = read_checkpoint(run.path / "population.previous.pickle")
-    forge_checkpoint(run, "population.previous.pickle", genomes=one_gene(before.genomes))
-    assert [*verify(run, [1], workers=1).differences] == [before.generation]
-    assert before.generation < LAST - 1  # several generations were saved together
-
-
 def cut(data):
     return data[:50]
 

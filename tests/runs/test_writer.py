@@ -142,17 +142,6 @@ def test_generations_are_saved_at_least_every_half_second_and_at_the_end(
 
 
 @pytest.mark.usefixtures("gathering")
-def test_a_champion_is_saved_with_all_generations_before_it(puppet):
-    path, found = create_run(puppet(LONG, THRESHOLD)), []
-    with RunWriter.open(path) as writer:
-        for event in events(writer):
-            writer.record(event)
-            assert not event.is_champion or saved(path) == event.number
-            found.append(saved(path))
-    assert len({*found}) < len(found)  # the other generations are gathered
-
-
-@pytest.mark.usefixtures("gathering")
 @pytest.mark.parametrize("end", [KeyboardInterrupt, PluginError("it fails")])
 def test_the_gathered_generations_are_saved_however_the_loop_ends(puppet, end):
     path = create_run(puppet(LONG))

@@ -9,9 +9,8 @@ from pydantic import ValidationError
 
 from gaitsim.errors import GaitsimError
 from gaitsim_walker import body
-from gaitsim_walker.body import PLANS
 from gaitsim_walker.distance import Distance
-from gaitsim_walker.organism import Walker, commands, groups
+from gaitsim_walker.organism import Walker
 
 SHORT = 2.0  # s
 EVERYTHING = {
@@ -178,15 +177,6 @@ def test_an_alternating_gait_moves_the_far_legs_half_a_stride_later():
     commands_of_both = commands_of_both[0, :lasted]
     assert lasted > 30
     assert commands_of_both[20:, :4] == pytest.approx(commands_of_both[:-20, 4:], abs=1e-9)
-
-
-def test_cpg_starts_standing_and_settles_on_the_sine_encoding():
-    genome = genomes(Walker(), 1, seed=3)
-    plan = PLANS[4]
-    genes = groups(plan, alternating=False, fastest=2.5)
-    slow, full = (commands(plan, genome, genes, name, 601)[0] for name in ("cpg", "sine"))
-    assert np.abs(slow[1] - slow[0]).max() < 0.02  # at 60 frames per second
-    assert slow[-60:] == pytest.approx(full[-60:], abs=1e-6)
 
 
 def test_the_skeleton_stands_where_the_body_is():
