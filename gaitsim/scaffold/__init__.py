@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries
+from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, Entry, entries
 from gaitsim.runs.files.atomic import draft_folder, sweep
 
 PREFIX = "gaitsim-"
@@ -26,14 +26,15 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
 
     Args:
         name: name of the plugin; a prefix 'gaitsim-' applies only to the folder.
-        kind: 'organism', 'fitness', 'search', 'selection', 'crossover' or 'mutation'.
+        kind: 'organism', 'fitness', 'search', 'selection', 'crossover', 'mutation', 'plot' or
+            'exporter'.
         parent: folder in which the new folder is created.
 
     Returns:
         The path of the new folder.
     """
-    if kind not in KINDS:
-        raise unknown("kind of plugin", kind, KINDS)
+    if kind not in (known := (*KINDS, *PRODUCTS)):
+        raise unknown("kind of plugin", kind, known)
     plugin = name.removeprefix(PREFIX)
     _check_name(plugin, name)
     _check_free(plugin, kind)
@@ -61,7 +62,7 @@ def _check_free(plugin: str, kind: str) -> None:
     names = [plugin, f"{plugin}-distance"] if kind == "organism" else [plugin]
     taken = [
         claim
-        for other in (*KINDS, EXPERIMENTS)
+        for other in (*KINDS, *PRODUCTS, EXPERIMENTS)
         for name in names
         for claim in entries(other).get(name, [])
     ]

@@ -11,7 +11,16 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Search, Selection
+from gaitsim.contracts import (
+    Crossover,
+    Fitness,
+    Mutation,
+    Organism,
+    Plugin,
+    Product,
+    Search,
+    Selection,
+)
 from gaitsim.errors import ContractError, ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim.registry import EXPERIMENTS, Entry, load_entry, plugin_errors
@@ -27,6 +36,7 @@ from gaitsim.testing.rules.declared import (
 )
 from gaitsim.testing.rules.fitnesses import find_body, fitness_rules
 from gaitsim.testing.rules.operators import operator_rules, selection_rules
+from gaitsim.testing.rules.products import product_rules
 from gaitsim.testing.rules.searches import search_rules
 from gaitsim.testing.rules.trials import make_trial, result_arrays, with_placeholders
 
@@ -150,6 +160,8 @@ def _rules_of_kind(
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
             doing, rules = "crossing parents", operator_rules(plugin, figures)
+        case Product():
+            doing, rules = "making the product", product_rules(plugin)
         case _:
             assert isinstance(plugin, Mutation)
             doing, rules = "mutating children", operator_rules(plugin, figures)
@@ -182,6 +194,8 @@ def _compute(entry: Entry, plugin: Plugin) -> object:
     if isinstance(plugin, Organism):
         motion = sample_motion(entry, plugin)
         return [motion, plugin.skeleton(motion, 0)]
+    if isinstance(plugin, Product):
+        return []  # its input contains times, which differ between processes
     if isinstance(plugin, Fitness):
         found = find_body(entry, plugin)
         return plugin.terms(sample_motion(*found)) if found else []

@@ -19,7 +19,7 @@ class JointExporter(Exporter):
     keyframe_ms: int | None = option(
         None, "milliseconds between keyframes", ge=1, le=60_000, unset="every frame"
     )
-    speed: float = option(1.0, "playback speed; 0.5 is half as fast as simulated")
+    speed: float = option(1.0, "playback speed; 0.5 is half as fast as simulated", ge=0.01, le=100)
 
     def check(self, individual: "Individual") -> None:
         """Check that the body has joint angles."""
@@ -160,7 +160,7 @@ class ServoTable(CalibratedExporter):
     note: ClassVar[str] = "CSV in degrees"
     suffix: ClassVar[str] = ".servo.csv"
     format: ClassVar[str] = "servo"
-    centre: float = option(0.0, "servo angle when the joint is at zero", unit="°")
+    centre: float = option(0.0, "servo angle when the joint is at zero", unit="°", ge=-360, le=360)
     min: float | None = option(None, "minimum servo angle", unit="°", unset="centre − 90")
     max: float | None = option(None, "maximum servo angle", unit="°", unset="centre + 90")
 

@@ -1,7 +1,7 @@
 """`gaitsim plugins list`."""
 
 from gaitsim.console.printing import notice, print_table
-from gaitsim.registry import KINDS, entries, unreadable
+from gaitsim.registry import KINDS, PRODUCTS, entries, unreadable
 
 
 def list_() -> None:
@@ -12,7 +12,7 @@ def list_() -> None:
     gaitsim plugins list
     """
     rows = []
-    for kind in KINDS:
+    for kind in (*KINDS, *PRODUCTS):
         for name, claims in entries(kind).items():
             packages = " and ".join(claim.source for claim in claims)
             conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""

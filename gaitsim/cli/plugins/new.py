@@ -19,7 +19,8 @@ def new(
         str,
         typer.Option(
             metavar="KIND",
-            help="Kind of plugin: organism, fitness, search, selection, crossover or mutation.",
+            help="Kind of plugin: organism, fitness, search, selection, crossover, mutation, "
+            "plot or exporter.",
         ),
     ] = "organism",
 ) -> None:
@@ -30,6 +31,8 @@ def new(
     gaitsim plugins new hopper
 
     gaitsim plugins new sprint --kind fitness
+
+    gaitsim plugins new my-board --kind exporter
     """
     folder = new_package(name, kind, Path())
     plugin = name.removeprefix(PREFIX)
@@ -37,9 +40,11 @@ def new(
     console = output()
     console.print(f"{folder}: created a package for the {kind} {plugin!r}")
     console.print("\nNext:")
-    trial = {"organism": f"gaitsim run {plugin}"}.get(
-        kind, f"gaitsim run spider --set {kind}.plugin={plugin}"
-    )
+    trial = {
+        "organism": f"gaitsim run {plugin}",
+        "plot": f"gaitsim plot spider --kind {plugin}",
+        "exporter": f"gaitsim export spider --format {plugin}",
+    }.get(kind, f"gaitsim run spider --set {kind}.plugin={plugin}")
     for command, what in (
         (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "check its contract"),
         (

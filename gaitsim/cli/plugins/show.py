@@ -10,7 +10,7 @@ from gaitsim.cli.completion import plugin_names
 from gaitsim.cli.facts import print_facts
 from gaitsim.console.printing import output, print_table
 from gaitsim.errors import PluginError, nearest
-from gaitsim.registry import KINDS, entries, find, load_class
+from gaitsim.registry import KINDS, PRODUCTS, entries, find, load_class
 
 
 def show(
@@ -34,10 +34,10 @@ def show(
 
     gaitsim plugins show walker
     """
-    names = {kind: entries(kind) for kind in KINDS}
-    kinds = [kind for kind in KINDS if name in names[kind]]
+    names = {kind: entries(kind) for kind in (*KINDS, *PRODUCTS)}
+    kinds = [kind for kind in (*KINDS, *PRODUCTS) if name in names[kind]]
     if not kinds:
-        known = sorted({known for kind in KINDS for known in names[kind]})
+        known = sorted({known for kind in (*KINDS, *PRODUCTS) for known in names[kind]})
         raise PluginError(
             f"unknown plugin {name!r}", allowed=", ".join(known), remedy=nearest(name, known)
         )

@@ -31,7 +31,10 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.lists import ChoiceList
 from gaitsim.tui.widgets.toml_view import highlight
 
-TITLES = {kind: kind for kind in KINDS} | {"organism": "bodies", EXPERIMENTS: "presets"}
+TITLES = {kind: kind for kind in (*KINDS, *PRODUCTS)} | {
+    "organism": "bodies",
+    EXPERIMENTS: "presets",
+}
 NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
 COMMAND = ("plugins", "check")
 TABLE = 76  # minimum cells for options in a table
@@ -94,7 +97,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         words = self.query_one("#filter", Input).value.casefold().split()
         self._found = {}
         rows: list[Option] = []
-        for kind in (*KINDS, EXPERIMENTS):
+        for kind in (*KINDS, *PRODUCTS, EXPERIMENTS):
             heading = Text(TITLES[kind], style=f"bold {colours['secondary']}")
             rows.append(Option(heading, disabled=True))
             for name, claims in entries(kind).items():
