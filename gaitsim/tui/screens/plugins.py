@@ -22,7 +22,7 @@ from textual.widgets.option_list import Option
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import default_conditions
-from gaitsim.registry import EXPERIMENTS, KINDS, Entry, entries, options, unreadable
+from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, Entry, entries, options, unreadable
 from gaitsim.registry.loading import read_preset
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.actions import bindings
