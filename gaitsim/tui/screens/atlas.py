@@ -103,7 +103,7 @@ class ElitePane(Vertical):
         shown = numbers if high else numbers[:FEW]
         self._measures.show([Text(line, no_wrap=True, end="") for line in shown])
 
-    @on(BodyCanvas.Moved)
+    @on(BodyCanvas.FrameShown)
     def _moved(self) -> None:
         self._feet.frame = self.canvas.frame
 
@@ -212,7 +212,7 @@ dots are cells without a gait.
 
     # The elite under the cursor
 
-    @on(ArchiveMap.Moved)
+    @on(ArchiveMap.CursorMoved)
     def _moved(self) -> None:
         """Describe the member under the cursor and simulate it once the cursor rests."""
         atlas, member = self._atlas, self.map.member

@@ -168,8 +168,8 @@ class ExportDialog(ModalScreen[Answer]):
             field.show_problem(problems.get(name) if asked or name in self._texts else None)
         return arguments
 
-    @on(Field.Changed)
-    def _changed(self, event: Field.Changed) -> None:
+    @on(Field.Edited)
+    def _changed(self, event: Field.Edited) -> None:
         if event.text is None:
             self._texts.pop(event.key, None)
         else:

@@ -302,8 +302,8 @@ class Trials(Horizontal):
             )
         self.table.move_cursor(row=len(adaptation.trials) - 1)
 
-    @on(ArchiveMap.Moved)
-    def _moved(self, event: ArchiveMap.Moved) -> None:
+    @on(ArchiveMap.CursorMoved)
+    def _moved(self, event: ArchiveMap.CursorMoved) -> None:
         event.stop()
 
 

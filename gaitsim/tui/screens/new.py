@@ -297,8 +297,8 @@ restores; Ctrl-Z undoes all changes.
 
     # Changing
 
-    @on(Field.Changed)
-    def _changed(self, event: Field.Changed) -> None:
+    @on(Field.Edited)
+    def _changed(self, event: Field.Edited) -> None:
         self._assign(event.key, event.text)
 
     @on(Input.Changed, "#name,#seed")

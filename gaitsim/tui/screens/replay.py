@@ -118,7 +118,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         """The body that sets the time: the one with the longest motion."""
         return max((pane.canvas for pane in self.panes), key=lambda canvas: canvas.duration)
 
-    @on(ReplayPane.Changed)
+    @on(ReplayPane.IndividualShown)
     def _changed(self) -> None:
         """Adopt the longest motion and its number of frames."""
         leader = self.leader
@@ -132,8 +132,8 @@ The best individual of any generation, or a member of a front or archive, in mot
         self._time.value = leader.frame
         self._update_title()
 
-    @on(BodyCanvas.Moved)
-    def _moved(self, event: BodyCanvas.Moved) -> None:
+    @on(BodyCanvas.FrameShown)
+    def _moved(self, event: BodyCanvas.FrameShown) -> None:
         if event.canvas is self.leader:
             self._synchronise()
 
@@ -150,8 +150,8 @@ The best individual of any generation, or a member of a front or archive, in mot
             pane.canvas.view = event.view
         self._update_title()
 
-    @on(Scrubber.Changed, "#frame")
-    def _scrubbed(self, event: Scrubber.Changed) -> None:
+    @on(Scrubber.Scrubbed, "#frame")
+    def _scrubbed(self, event: Scrubber.Scrubbed) -> None:
         self._play(False)
         self.leader.show_frame(event.value)
         self._synchronise()

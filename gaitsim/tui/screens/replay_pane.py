@@ -76,7 +76,7 @@ class ReplayPane(Vertical):
     }
     """
 
-    class Changed(Message):
+    class IndividualShown(Message):
         """Posted when a new body or a problem is shown."""
 
     def __init__(
@@ -156,7 +156,7 @@ class ReplayPane(Vertical):
         across, series, mark = curve_of(shown)
         self._curve.set_series([series], [mark], x_label=across)
         self._make_room()
-        self.post_message(self.Changed())
+        self.post_message(self.IndividualShown())
 
     def _set_slider(self, which: int | Member) -> None:
         """Set the slider's range to the generations or members and its value to this one."""
@@ -170,7 +170,7 @@ class ReplayPane(Vertical):
         self.canvas.set_skeleton(None, visible_lines(str(error)))
         self.feet.set_skeleton(None)
         self._make_room()
-        self.post_message(self.Changed())
+        self.post_message(self.IndividualShown())
 
     def show_frame_of(self, seconds: float) -> None:
         """Show the frame at a time, at most that of the last frame."""
@@ -238,8 +238,8 @@ class ReplayPane(Vertical):
                 text.append("".join(f"\n{line}" for line in number_lines(rows, width)))
         self._numbers.update(text)
 
-    @on(Scrubber.Changed)
-    def _scrubbed(self, event: Scrubber.Changed) -> None:
+    @on(Scrubber.Scrubbed)
+    def _scrubbed(self, event: Scrubber.Scrubbed) -> None:
         event.stop()
         self.request(with_number(self.which, event.value))
 

@@ -151,8 +151,8 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
         line = f"$ {shlex.join(['gaitsim', *words])}" if words else ""
         self.query_one("#study-command", Static).update(Text(visible(line)))
 
-    @on(Field.Changed)
-    def _changed(self, event: Field.Changed) -> None:
+    @on(Field.Edited)
+    def _changed(self, event: Field.Edited) -> None:
         if event.text is None:
             self._texts.pop(event.key, None)
         else:

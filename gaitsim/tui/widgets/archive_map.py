@@ -42,7 +42,7 @@ class ArchiveMap(Cells, can_focus=True):
     BINDINGS = bindings("map cursor")
 
     @dataclass
-    class Moved(Message):
+    class CursorMoved(Message):
         """Posted with the number of the elite under the cursor, or None without elites."""
 
         member: int | None
@@ -117,7 +117,7 @@ class ArchiveMap(Cells, can_focus=True):
         """Place the cursor on a cell; None if all cells are empty."""
         self._place, self._wanted = place, None
         self._values = () if place is None else found.middle_of(place)
-        self.post_message(self.Moved(self.member))
+        self.post_message(self.CursorMoved(self.member))
 
     def placeholder(self) -> str:
         if self.view is None or not len(self.view.members.scores):

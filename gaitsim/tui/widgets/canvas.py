@@ -70,7 +70,7 @@ class BodyCanvas(Cells, can_focus=True):
     ground: reactive[bool] = reactive(True, repaint=False, init=False)
 
     @dataclass
-    class Moved(Message):
+    class FrameShown(Message):
         """Posted when a different frame is shown."""
 
         canvas: "BodyCanvas"
@@ -161,7 +161,7 @@ class BodyCanvas(Cells, can_focus=True):
         if not (self.playing and self.duration) or self.screen is not self.app.screen:
             return
         self.seconds = (self.seconds + elapsed * self.speed) % self.duration
-        self.post_message(self.Moved(self))
+        self.post_message(self.FrameShown(self))
 
     def watch_playing(self, playing: bool) -> None:
         if not self.is_mounted:

@@ -50,7 +50,7 @@ class Field(Vertical):
     """
 
     @dataclass
-    class Changed(Message):
+    class Edited(Message):
         """Posted when the text of an option has changed; None stands for the preset's text."""
 
         key: str
@@ -127,7 +127,7 @@ class Field(Vertical):
     def _post(self, text: str) -> None:
         changed = text != self.option.preset
         self.set_class(changed, "-changed")
-        self.post_message(self.Changed(self.option.key, text if changed else None))
+        self.post_message(self.Edited(self.option.key, text if changed else None))
 
 
 def _empty_value(option: Option) -> str:

@@ -50,7 +50,7 @@ class Scrubber(Widget, can_focus=True):
     last: reactive[int] = reactive(0, init=False)
 
     @dataclass
-    class Changed(Message):
+    class Scrubbed(Message):
         """Posted when the user chooses a different number."""
 
         scrubber: "Scrubber"
@@ -90,7 +90,7 @@ class Scrubber(Widget, can_focus=True):
         before = self.value
         self.value = value
         if self.value != before:
-            self.post_message(self.Changed(self, self.value))
+            self.post_message(self.Scrubbed(self, self.value))
 
     def render(self) -> Text:
         start, width = self._bar()
