@@ -12,8 +12,8 @@ from textual.screen import Screen
 from textual.types import CSSPathType
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.commands import Commands
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.shell import Shell

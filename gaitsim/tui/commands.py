@@ -10,7 +10,7 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.content import Content
 from textual.dom import DOMNode
 
-from gaitsim.tui.actions import NAMED, PREFIX
+from gaitsim.tui.keys import NAMED, PREFIX
 from gaitsim.tui.screens.base import GaitScreen
 
 DIM = 0.7  # factor on the scores of unavailable commands

@@ -24,7 +24,7 @@ import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.opening import read_regular
 from gaitsim.toml import literal, parse
-from gaitsim.tui.actions import PREFIX
+from gaitsim.tui.keys import PREFIX
 from gaitsim.tui.themes import check_theme
 
 THEME = "theme"

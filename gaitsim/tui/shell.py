@@ -20,8 +20,8 @@ from textual.widget import Widget
 from textual.widgets import DataTable, Input, OptionList
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.actions import ACTIONS, PREFIX, bindings
 from gaitsim.tui.config import Config, format_problem, remember_theme
+from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.terminal_output import (
     ControlCharacterFilter,

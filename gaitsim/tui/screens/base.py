@@ -14,7 +14,7 @@ from textual.events import Key
 from textual.screen import Screen
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.widgets.footer import Footer, Header
 

@@ -26,7 +26,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 
 _NEED_DATA = {"enter", "tab"}  # keys that must wait until the data has been read
 DEBOUNCE = 0.15  # seconds without a key before the text is checked

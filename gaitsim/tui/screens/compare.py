@@ -25,8 +25,8 @@ from gaitsim.study.compare_runs import (
     quantity_label,
     warning,
 )
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import clip, clip_name
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.curves import Curves
 

@@ -18,7 +18,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.legged.damage import Damage
 from gaitsim.render.terminal import plan as drawing
 from gaitsim.render.terminal.plan import Plan
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 Legs = Mapping[str, tuple[str, ...]]

@@ -21,8 +21,8 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import Option
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.products import (
     CommandForm,
     all_forms,

@@ -14,7 +14,7 @@ from textual.screen import ModalScreen, Screen
 from textual.widget import Widget
 from textual.widgets import Markdown, Static
 
-from gaitsim.tui.actions import PREFIX, bindings
+from gaitsim.tui.keys import PREFIX, bindings
 from gaitsim.tui.screens.base import GaitScreen
 
 LETTERS = "asdfghjklqwertyuiopzxcvbnm"  # of jump mode

@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from textual.widgets import DataTable, Input, Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
 
 if TYPE_CHECKING:

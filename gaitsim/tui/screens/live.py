@@ -18,7 +18,7 @@ from gaitsim.runs.background import STATE_PREDICATES
 from gaitsim.runs.creation import fork_run
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.lock import is_locked
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.screens.change_dialog import ChangeDialog, ChangeRequest
 from gaitsim.tui.screens.live_board import Board

@@ -23,7 +23,6 @@ from gaitsim.runs.creation import create_run
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import RUNS, free_name
 from gaitsim.steering import create_drive, offered_commands
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import (
     SECTIONS,
     ExperimentBuilder,
@@ -33,6 +32,7 @@ from gaitsim.tui.builder import (
     validate,
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
 from gaitsim.tui.screens.questions import Ask, Confirm
 from gaitsim.tui.widgets.form import Field, Part, Sections

@@ -25,8 +25,8 @@ from gaitsim.evaluation.worlds import default_conditions
 from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, Entry, entries, options, unreadable
 from gaitsim.registry.loading import read_preset
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.lists import ChoiceList
 from gaitsim.tui.widgets.toml_view import highlight

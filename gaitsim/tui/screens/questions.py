@@ -14,7 +14,7 @@ from textual.widgets import Button, Input, Static, TextArea
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 
 
 class Confirm(ModalScreen[bool]):

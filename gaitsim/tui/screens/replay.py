@@ -13,7 +13,7 @@ from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.steering import create_drive, offered_commands
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
 from gaitsim.tui.screens.questions import Ask
 from gaitsim.tui.screens.replay_loading import (

@@ -20,8 +20,8 @@ from gaitsim.render.terminal.curve_view import CurveView
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.steering import Drive
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import percentage
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.canvas import CLOSER, BodyCanvas
 from gaitsim.tui.widgets.cells import Cells, Picture

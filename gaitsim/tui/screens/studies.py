@@ -15,8 +15,8 @@ from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.study.results import DEFAULT_FOLDERS, Section, StudyFolder, list_folders, sections
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import ago, clip, clip_name
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog

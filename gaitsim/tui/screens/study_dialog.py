@@ -21,8 +21,8 @@ from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import free_name
 from gaitsim.study.results import DEFAULT_FOLDERS
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.builder import Option
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.products import CommandForm, default, split_words
 from gaitsim.tui.widgets.form import Field
 

@@ -11,8 +11,8 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.text import visible
 from gaitsim.runs.files.folder import EXPORTS
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import duration, percentage
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.tasks import Task, TaskChanged

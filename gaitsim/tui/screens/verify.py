@@ -13,8 +13,8 @@ from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.sharing.challenge import Challenge, code_of
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import duration
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.tasks import GLYPHS, bar
 from gaitsim.tui.tasks import Task, TaskChanged

@@ -26,7 +26,7 @@ from gaitsim.render.terminal.explanation import (
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.replay_loading import describe, options_of
 

@@ -10,7 +10,7 @@ from textual.message import Message
 
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.heat_map import HeatMap, Place, nearest, next_occupied, styles
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 _PARTS = ("axis", "empty", "pointer")

@@ -16,7 +16,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
 from gaitsim.render.terminal.body import Viewpoint
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 FPS = 20

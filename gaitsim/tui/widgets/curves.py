@@ -16,7 +16,7 @@ from gaitsim.render.series import Series
 from gaitsim.render.terminal.curve_view import WINDOWS, CurveView, Scale, nearest
 from gaitsim.render.terminal.curves import points_in_view
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 
 __all__ = ["CurveView", "Curves", "Series"]

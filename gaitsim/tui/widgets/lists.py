@@ -11,8 +11,8 @@ from textual.events import Click
 from textual.widgets import DataTable, OptionList
 
 from gaitsim.render.terminal.text import visible
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import age, file_size
+from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import open_or_copy
 
 

@@ -17,8 +17,8 @@ from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible, visible_lines
 from gaitsim.runs.overview import Overview
-from gaitsim.tui.actions import bindings
 from gaitsim.tui.formatting import ago, clip, clip_name, duration
+from gaitsim.tui.keys import bindings
 
 STATES = {
     "running": ("● running", "success"),

@@ -10,7 +10,7 @@ from textual.message import Message
 from textual.reactive import reactive
 from textual.widget import Widget
 
-from gaitsim.tui.actions import bindings
+from gaitsim.tui.keys import bindings
 
 
 class Scrubber(Widget, can_focus=True):
