@@ -1,8 +1,7 @@
 """The drawn shape of a skeleton: limbs, plates and solids as filled outlines, back to front."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -164,9 +163,6 @@ EDGE = 1.1  # width of an outline
 LIGHT = np.array([0.3, -0.5, 0.81])  # direction to the light
 
 
-Fog = Callable[[float | Points], NDArray[np.float64]]
-
-
 class BodyPart(NamedTuple):
     """A filled outline: corners (corners, 2), colours, and the width of its edge, pixels."""
 
@@ -174,6 +170,21 @@ class BodyPart(NamedTuple):
     face: Colour
     edge: Colour
     width: float
+
+
+class _Drawing(NamedTuple):
+    """A body in a picture; see `body`. `middle` is the depth of the body."""
+
+    camera: Camera
+    anatomy: DrawnAnatomy
+    colours: Mapping[str, Colour]
+    line: float
+    middle: float
+
+    def faded(self, colour: Colour, depth: float | Points) -> NDArray[np.float64]:
+        """Return a colour mixed with the background's colour, which increases with the depth."""
+        share = FOG * np.clip((depth - self.middle) / self.anatomy.span + 0.5, 0.0, 1.0)
+        return mix(colour, self.colours["ground"], share)
 
 
 def body(
@@ -193,11 +204,12 @@ def body(
         line: width of a line of width 1, pixels.
     """
     middle = float(camera.project(segments.mean(axis=(0, 1)))[1])
-    fog = partial(_fog, middle, anatomy.span)
+    drawing = _Drawing(camera, anatomy, colours, line, middle)
+    ends = segments.reshape(-1, 3)
     drawn = [
-        *_limbs(camera, segments[anatomy.limbs], anatomy, colours, line, fog),
-        *_plates(camera, segments.reshape(-1, 3), anatomy, colours, line, fog),
-        *_solids(camera, segments.reshape(-1, 3), anatomy, colours, line, fog),
+        *_limbs(drawing, segments[anatomy.limbs]),
+        *_plates(drawing, ends),
+        *_solids(drawing, ends),
     ]
     drawn.sort(key=lambda one: -one[0])
     return [part for _, parts in drawn for part in parts]
@@ -220,23 +232,15 @@ def shadow(camera: Camera, flat: Points, anatomy: DrawnAnatomy) -> list[Points]:
     return outlines
 
 
-def _limbs(
-    camera: Camera,
-    segments: Points,
-    anatomy: DrawnAnatomy,
-    colours: Mapping[str, Colour],
-    line: float,
-    fog: Fog,
-) -> Iterator[tuple[float, list[BodyPart]]]:
+def _limbs(drawing: _Drawing, segments: Points) -> Iterator[tuple[float, list[BodyPart]]]:
     """Draw limbs as round bars with a lit upper side."""
+    camera, anatomy, colours, line, _ = drawing
     sides, depth = _capsules(camera, segments, anatomy.radii)
     lights, _ = _capsules(camera, segments, anatomy.radii, 0.42, 0.36)
-    share, trunk, hurt = fog(depth), anatomy.trunks[:, None], anatomy.damaged[:, None]
+    trunk, hurt = anatomy.trunks[:, None], anatomy.damaged[:, None]
     side, light, edge = (
-        mix(
-            np.where(hurt, colours[bad], np.where(trunk, colours[thick], colours[thin])),
-            colours["ground"],
-            share,
+        drawing.faded(
+            np.where(hurt, colours[bad], np.where(trunk, colours[thick], colours[thin])), depth
         )
         for thick, thin, bad in (
             ("body", "limb", "damaged"),
@@ -256,24 +260,17 @@ def _limbs(
         )
 
 
-def _plates(
-    camera: Camera,
-    ends: Points,
-    anatomy: DrawnAnatomy,
-    colours: Mapping[str, Colour],
-    line: float,
-    fog: Fog,
-) -> Iterator[tuple[float, list[BodyPart]]]:
+def _plates(drawing: _Drawing, ends: Points) -> Iterator[tuple[float, list[BodyPart]]]:
     """Draw plates as slabs with rounded corners."""
+    camera, anatomy, colours, line, _ = drawing
     for plate, radius in zip(anatomy.plates, anatomy.plate_radii, strict=True):
         corners = ends[list(plate)]
         normal = _normal(corners)
         normal *= -np.sign(normal @ camera.ahead)
         front, depth = camera.project(corners + radius * normal)
         back, _ = camera.project(corners - radius * normal)
-        share = fog(depth.mean())
         side, light, edge = (
-            mix(colours[name], colours["ground"], share)
+            drawing.faded(colours[name], depth.mean())
             for name in ("body", "body_light", "limb_edge")
         )
         around = hull(np.concatenate([front, back]))
@@ -288,15 +285,9 @@ def _plates(
         )
 
 
-def _solids(
-    camera: Camera,
-    ends: Points,
-    anatomy: DrawnAnatomy,
-    colours: Mapping[str, Colour],
-    line: float,
-    fog: Fog,
-) -> Iterator[tuple[float, list[BodyPart]]]:
+def _solids(drawing: _Drawing, ends: Points) -> Iterator[tuple[float, list[BodyPart]]]:
     """Draw the faces that face the camera, shaded by their angle to the light."""
+    camera, anatomy, colours, line, _ = drawing
     for faces in anatomy.solids:
         parts = []
         depths = []
@@ -307,16 +298,11 @@ def _solids(
             if _turns_left(outline) <= 0:
                 continue
             shine = 0.5 + 0.5 * float(_normal(corners) @ LIGHT)
-            share = fog(depth.mean())
             colour = mix(colours["limb"], colours["limb_light"], shine)
-            parts.append(
-                BodyPart(
-                    outline,
-                    mix(colour, colours["ground"], share),
-                    mix(colours["limb_edge"], colours["ground"], share),
-                    EDGE * line,
-                )
+            inside, edge = (
+                drawing.faded(one, depth.mean()) for one in (colour, colours["limb_edge"])
             )
+            parts.append(BodyPart(outline, inside, edge, EDGE * line))
         yield float(np.mean(depths)), parts
 
 
@@ -332,11 +318,6 @@ def _capsules(
     across /= np.maximum(np.linalg.norm(across, axis=1, keepdims=True), 1e-9)
     ends = ends + lift * pixels[..., None] * across[:, None]
     return capsules(ends, share * pixels), depth.mean(axis=1)
-
-
-def _fog(middle: float, span: float, depth: float | Points) -> NDArray[np.float64]:
-    """Return the share of background colour at a depth; `middle` is the depth of the body."""
-    return np.asarray(FOG * np.clip((depth - middle) / span + 0.5, 0.0, 1.0))
 
 
 def _normal(corners: Points) -> Points:
