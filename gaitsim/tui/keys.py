@@ -400,9 +400,9 @@ ACTIONS: dict[str, list[ScreenAction]] = {
     "ask": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
     "change": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
     "change field": [
-        Hidden("options", "down", "Options", "Go to the list of options"),
+        Hidden("options", "down", "Options", "Go to the list of options", "screen.options"),
         Hidden("complete", "tab", "Complete",
-               "Complete the typed word, or move to the next field")],
+               "Complete the typed word, or move to the next field", "screen.complete")],
     "code show": [
         Shown("copy", "c", "Copy", "Copy the code again"),
         Shown("close", "escape,enter", "Close", "Close the dialog", "dismiss")],

@@ -4,7 +4,7 @@ import asyncio
 import shlex
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol, cast
+from typing import Any
 
 from pydantic import BaseModel
 from rich.text import Text
@@ -32,8 +32,8 @@ _NEED_DATA = {"enter", "tab"}  # keys that must wait until the data has been rea
 DEBOUNCE = 0.15  # seconds without a key before the text is checked
 
 
-class OrderedInput(Input):
-    """A field that processes each key completely before the next one.
+class AssignmentsField(Input):
+    """The field for typed changes, which processes each key completely before the next one.
 
     Textual passes a key that is not a letter to the parents of a field before its binding runs.
     Letters that arrive together with it, as in a paste, would take effect first.
@@ -41,6 +41,8 @@ class OrderedInput(Input):
     Attributes:
         reading: whether Enter and Tab, and the keys after them, wait for `catch_up`.
     """
+
+    BINDINGS = bindings("change field")
 
     def __init__(self, *values: Any, reading: bool = False, **settings: Any) -> None:
         super().__init__(*values, **settings)
@@ -70,39 +72,15 @@ class OrderedInput(Input):
         elif binding := self._own_binding(event):
             await self.app.run_action(binding.action, self)
 
+    async def action_submit(self) -> None:
+        await self.run_action("screen.accept")  # not deferred
+
     def _own_binding(self, event: Key) -> Binding | None:
         """Return the field's own binding of a key."""
         if not self.has_focus:  # the focus has moved in the meantime
             return next(iter(self._bindings.key_to_bindings.get(event.key, ())), None)
         found = self.screen.active_bindings.get(event.key)
         return found.binding if found and found.node is self else None
-
-
-class Dialog(Protocol):
-    """The interface of the dialog for its field."""
-
-    def enter(self) -> None: ...
-    def to_options(self) -> None: ...
-    def complete_or_leave(self) -> None: ...
-
-
-class AssignmentsField(OrderedInput):
-    """The field for typed changes."""
-
-    BINDINGS = bindings("change field")
-
-    @property
-    def _dialog(self) -> Dialog:
-        return cast(Dialog, self.screen)
-
-    async def action_submit(self) -> None:
-        self._dialog.enter()  # not deferred
-
-    def action_options(self) -> None:
-        self._dialog.to_options()
-
-    def action_complete(self) -> None:
-        self._dialog.complete_or_leave()
 
 
 @dataclass(frozen=True)
@@ -276,7 +254,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     def _submit(self) -> None:
         self._check(submit=True)
 
-    def enter(self) -> None:
+    def action_accept(self) -> None:
         """Complete the typed word, or accept the changes."""
         if not self._complete():
             self._check(submit=True)
@@ -427,11 +405,11 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         event.stop()
         event.prevent_default()
 
-    def to_options(self) -> None:
+    def action_options(self) -> None:
         """Focus the list."""
         self.set_focus(self._options)
 
-    def complete_or_leave(self) -> None:
+    def action_complete(self) -> None:
         """Complete the typed word, or move to the next field."""
         if not self._complete():
             self.focus_next()

@@ -4,7 +4,7 @@ import asyncio
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import NamedTuple, Protocol, cast
+from typing import NamedTuple, cast
 
 from rich.text import Text
 from textual import on, work
@@ -138,20 +138,11 @@ def known_options(found: Validation, catalogue: Catalogue) -> Iterator[FoundOpti
                     yield FoundOption(f"{kind}.{option}", text, options.meaning(field), name)
 
 
-class SearchedScreen(Protocol):
-    """The interface of the searched screen."""
-
-    validation: Validation | None
-    catalogue: Catalogue | None
-
-    def go_to(self, key: str, plugin: str = "") -> None: ...
-
-
 class OptionSearch(Provider):
     """Options as entries of the palette; a chosen option gets the focus."""
 
     def _rows(self) -> Iterator[tuple[FoundOption, Content, str, partial[None]]]:
-        screen = cast(SearchedScreen, self.screen)
+        screen = cast(New, self.screen)
         if screen.validation is None or screen.catalogue is None:
             return
         for one in known_options(screen.validation, screen.catalogue):
