@@ -58,8 +58,3 @@ def return_a_function(_task):
 
 def seeded(experiment, seed):
     return experiment.name, experiment.seed, seed
-
-
-def whose_process(_experiment, seconds):
-    time.sleep(seconds)
-    return os.getpid()

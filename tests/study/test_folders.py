@@ -11,11 +11,9 @@ from gaitsim.study.confirmation import confirm
 from gaitsim.study.file import cells, experiment_files, parse_study
 from gaitsim.study.results import (
     LARGEST_REPORT,
-    MOST_ROWS,
     list_folders,
     read_report,
     sections,
-    table,
     write_results,
 )
 from gaitsim.study.running import results, run_cells
@@ -135,14 +133,3 @@ class TestSections:
         (studies / "small" / name).write_bytes(content)
         with pytest.raises(GaitsimError, match=says):
             sections(studies / "small")
-
-    def test_a_long_table_is_cut_and_invalid_rows_are_ignored(self, studies):
-        study = parse_study(STUDY, "small.toml")
-        head = table(study, ()).strip()
-        rest = "5,4,20,3,nonsense,0,0,0,0,0,0"
-        rows = [f"e{number},{rest}" for number in range(MOST_ROWS + 9)]
-        (studies / "small/results.csv").write_text("\n".join([head, "short", *rows]))
-        (found,) = sections(studies / "small")
-        assert len(found.rows) == MOST_ROWS
-        assert "Only the first" in found.texts[0]
-        assert found.rows[0][-1] == "–"

@@ -213,14 +213,6 @@ class TestPicture:
         above = body.picture(clip, 1.5, Viewpoint().named("top"), 80, 20)[0]
         assert "┤" not in "".join(text(above))
 
-    def test_the_ground_is_fixed_under_a_fixed_camera(self):
-        clip = Clip(walker())
-        view = Viewpoint(follow=False).named("top")
-        grounds = [body.picture(clip, seconds, view, 60, 20) for seconds in (0.0, 0.1)]
-        both = (grounds[0][1] == body.GROUND) & (grounds[1][1] == body.GROUND)
-        assert both.sum() > 50
-        assert (grounds[0][0][both] == grounds[1][0][both]).all()
-
     @pytest.mark.parametrize(("columns", "rows"), [(0, 0), (1, 1), (3, 1), (30, 10), (200, 60)])
     @pytest.mark.parametrize("follow", [True, False])
     def test_any_size_can_be_drawn(self, columns, rows, follow):
@@ -301,18 +293,6 @@ class TestWidget:
             canvas.set_skeleton(walker(frames=11))
             assert canvas.seconds <= canvas.duration
 
-    async def test_only_rows_that_changed_are_refreshed(self, monkeypatch):
-        async with play(skeleton=walker()) as (canvas, pilot):
-            refreshed = []
-            canvas.view = Viewpoint(follow=False).named("side")
-            await pilot.pause()
-            monkeypatch.setattr(canvas, "refresh", lambda *regions: refreshed.append(regions))
-            canvas.redraw()
-            assert refreshed == []
-            canvas.show_frame(1)
-            (regions,) = refreshed
-            assert 0 < len(regions) < 12
-
     async def test_a_message_is_shown_literally_without_a_body(self):
         async with play(message="no [bold]champion[/bold] 漢字") as (canvas, pilot):
             shown = "\n".join(strip.text for strip in strips(canvas))
@@ -321,17 +301,6 @@ class TestWidget:
             await pilot.press("left", "plus", "f")
             canvas.show_frame(3)
             assert canvas.frame == 0
-
-    async def test_it_adopts_the_colours_of_another_theme(self):
-        async with play(skeleton=walker()) as (canvas, pilot):
-
-            def used():
-                return {part.style.bgcolor for strip in strips(canvas) for part in strip}
-
-            before = used()
-            pilot.app.theme = "textual-light"
-            await pilot.pause()
-            assert not used() & before
 
 
 def wheel(canvas):

@@ -14,7 +14,7 @@ from textual.widgets import Input, Static
 from gaitsim.live.process import background_state, start_detached
 from gaitsim.runs import growing
 from gaitsim.runs.lock import RunLock, is_locked
-from gaitsim.runs.manage import read_note, write_note
+from gaitsim.runs.manage import read_note
 from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import COLUMNS, MARK, NARROW, NO_MARK, columns
@@ -303,13 +303,6 @@ class TestNamesAndNotes:
             await driver.press("down", "slash")
             await driver.type("leg")
             assert names(driver) == [run.name]
-
-    async def test_a_long_note_leaves_room_for_the_list(self, walk, drive):
-        write_note(walk("a", 0), "line\n" * 50)
-        async with drive() as driver:
-            assert driver.screen.query_one("#details").size.height <= 8
-            assert driver.text("#details").count("line") == 3
-            assert "seed" in driver.text("#details")
 
 
 class TestBackground:

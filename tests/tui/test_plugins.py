@@ -123,12 +123,6 @@ async def test_broken_plugins_are_marked_with_the_reason(look, install):
         assert "two 1.0" in text
 
 
-async def test_an_unreadable_installation_is_reported(look, monkeypatch):
-    monkeypatch.setattr("gaitsim.tui.screens.plugins.unreadable", lambda: ["/lib/odd[b].dist-info"])
-    async with look() as driver:
-        assert "/lib/odd[b].dist-info" in driver.notifications()
-
-
 @pytest.mark.slow
 async def test_a_check_shows_its_verdict(look, install, working, monkeypatch):
     broken = "class X(Body):\n    def move(self, genomes):\n        return 'no [b]motion'\n"

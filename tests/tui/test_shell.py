@@ -307,13 +307,6 @@ class TestJump:
 
 
 class TestThemes:
-    async def test_a_chosen_theme_is_stored(self, here, drive, config):
-        settings = config("")
-        async with drive(config=settings) as driver:
-            driver.app.choose_theme("gaitsim-okabe-ito")
-            await driver.pilot.pause()
-        assert read_config(settings.path).theme == "gaitsim-okabe-ito"
-
     async def test_without_colours_all_is_grey(self, walk, drive, monkeypatch):
         monkeypatch.setenv("NO_COLOR", "1")
         walk()
