@@ -20,12 +20,14 @@ class Action(BaseModel):
 
     Attributes:
         title: name in menus; '' for actions that no menu offers.
+        not_in_forms: options that forms do not show.
         plugins: kind of plugins whose options the command has, too; '' for none.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     title: ClassVar[str] = ""
+    not_in_forms: ClassVar[tuple[str, ...]] = ("out", "json_lines")
     plugins: ClassVar[str] = ""
 
     def do(self) -> None:
@@ -61,6 +63,21 @@ RUN_OR_CODE = (
     "name of a run in runs/, or its folder; or a challenge code (from 'gaitsim share'), a file "
     "that contains a code, or '-' to read a code from standard input"
 )
+WORKERS: int | None = option(
+    None,
+    "maximum number of parallel workers; fewer or none are used if that is faster. Does not affect "
+    "the result",
+    ge=1,
+    le=1024,
+)
+DASK: str | None = option(
+    None,
+    "use a Dask cluster: the address of its scheduler, such as tcp://host:8786, or 'local' to "
+    "start a cluster on this machine with the number of workers given by --workers. Does not "
+    "affect the result",
+    placeholder="ADDRESS|local",
+)
+WORLD_SEED: int | None = option(None, "seed for drawing the worlds of --worlds", unset="0")
 JSON: bool = option(False, "print one JSON object per line, for scripts", flag="--json")
 
 

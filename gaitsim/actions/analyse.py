@@ -3,7 +3,15 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.actions.action import JSON, RUN, OneIndividual, argument, not_combinable
+from gaitsim.actions.action import (
+    JSON,
+    RUN,
+    WORKERS,
+    WORLD_SEED,
+    OneIndividual,
+    argument,
+    not_combinable,
+)
 from gaitsim.contracts.plugin import option
 
 if TYPE_CHECKING:
@@ -68,14 +76,8 @@ class Analyse(OneIndividual):
         "Report how far it moves, how often it falls, and which condition harms it most",
         placeholder="N",
     )
-    world_seed: int | None = option(None, "seed for drawing the worlds of --worlds", unset="0")
-    workers: int | None = option(
-        None,
-        "maximum number of parallel workers; fewer or none are used if that is faster. Does not "
-        "affect the result",
-        ge=1,
-        le=1024,
-    )
+    world_seed: int | None = WORLD_SEED
+    workers: int | None = WORKERS
     figure: Path | None = option(
         None,
         "plot footfalls, phases and stability to a PNG, SVG or PDF file; with --worlds, plot the "

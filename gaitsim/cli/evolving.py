@@ -13,10 +13,10 @@ from typing import Any, Literal, NoReturn, Unpack
 
 import numpy as np
 
-from gaitsim.cli.cluster import cluster, warn
 from gaitsim.cli.displays import RESTING, Display, Row, display, row_of
 from gaitsim.cli.run_view import summarise
 from gaitsim.console import INTERRUPTED
+from gaitsim.console.cluster import cluster, warn
 from gaitsim.console.codes import challenge_as_start, read_challenge
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, notice, output, print_json, status

@@ -23,13 +23,11 @@ from gaitsim.actions.video import MakeVideo
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import load_class, options
 from gaitsim.registry.loading import products
-from gaitsim.registry.options import declared, flag, read_options, value_type
+from gaitsim.registry.options import declared, flag, read_options, validated, value_type
 from gaitsim.runs.files.folder import EXPORTS
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
-
-_HIDDEN = ("out", "json_lines")  # options that forms do not show
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ class CommandForm:
             return {
                 name: field
                 for name, field in known.items()
-                if name not in _HIDDEN and declared(field, "argument") != "hidden"
+                if name not in self.action.not_in_forms and declared(field, "argument") != "hidden"
             }
         kind, name = self.plugin
         found = fields_of_all(kind) if name == ALL else fields(load_class(kind, name))  # type: ignore[arg-type]
@@ -67,8 +65,7 @@ class CommandForm:
         """Read typed options; return the arguments of `gaitsim`, or () and the problems by name."""
         known = self.fields()
         typed = {name: text.strip() for name, text in texts.items() if name in known}
-        values = {name: _value(known[name], text) for name, text in typed.items()}
-        given = {name: value for name, value in values.items() if value is not None}
+        given = self._values(texts)
         problems: dict[str, GaitsimError] = {}
         for model in self._models():
             own = {name: value for name, value in given.items() if name in model.model_fields}
@@ -85,6 +82,17 @@ class CommandForm:
         if problems:
             return (), problems
         return self._arguments(run, known, typed), {}
+
+    def build(self, texts: Mapping[str, str]) -> Action:
+        """Return the action of a form, with typed options."""
+        assert self.action is not None, "plots and exports are plugins"
+        return validated(self.action, self._values(texts))
+
+    def _values(self, texts: Mapping[str, str]) -> dict[str, Any]:
+        """Return the typed values, without unset ones."""
+        known = self.fields()
+        values = {name: _value(known[name], texts[name].strip()) for name in texts if name in known}
+        return {name: value for name, value in values.items() if value is not None}
 
     def _models(self) -> tuple[type[BaseModel], ...]:
         if self.action is not None:

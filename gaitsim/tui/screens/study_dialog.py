@@ -3,7 +3,6 @@
 import asyncio
 import shlex
 from collections.abc import Mapping
-from pathlib import Path
 
 from rich.text import Text
 from textual import on, work
@@ -12,90 +11,18 @@ from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
 
-from gaitsim.actions.action import Action, argument
-from gaitsim.choices import PlotFormat
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
+from gaitsim.actions.compare import CompareExperiments
+from gaitsim.actions.study import RunStudy
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import free_name
-from gaitsim.study.results import DEFAULT_FOLDERS
 from gaitsim.tui.builder import Option
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.products import CommandForm, default, split_words
+from gaitsim.tui.products import CommandForm, default
 from gaitsim.tui.widgets.form import Field
 
-
-class StudyOptions(Action):
-    """The options of `gaitsim study`."""
-
-    study: str = argument("name of a bundled study, or a TOML file", "STUDY", shown=True)
-    workers: int | None = option(
-        None, "maximum number of parallel workers", ge=1, unset="one per core"
-    )
-
-
-class ComparisonOptions(Action):
-    """The options of `gaitsim compare`."""
-
-    experiments: Names = argument(
-        "two or more presets or files, separated by spaces", "NAME|FILE", shown=True
-    )
-    repeats: int = option(30, "number of repeats of each experiment", ge=2, le=100_000)
-    evaluations: int | None = option(
-        None, "evaluations per repeat", ge=1, unset="the smallest number among the experiments"
-    )
-    generations: int | None = option(
-        None, "number of generations per repeat, instead of evaluations", ge=1
-    )
-    population: int | None = option(
-        None, "number of individuals per generation", ge=1, unset="as in each experiment"
-    )
-    targets: str | None = option(
-        None, "target scores, such as 1.5,2", unset="derived from the scores of all repeats"
-    )
-    format: PlotFormat = option("png", "file format of the figures")
-    workers: int | None = option(
-        None, "maximum number of parallel workers", ge=1, unset="one per core"
-    )
-
-
-SWEEP = CommandForm("New study", ("study",), StudyOptions)
-COMPARISON = CommandForm("New comparison", ("compare",), ComparisonOptions)
-
-
-def _study_folder(texts: Mapping[str, str]) -> Path:
-    """Check a study, and return the folder to write."""
-    from gaitsim.study.file import cells, read_study
-
-    name = texts["study"].strip()
-    study, _ = read_study(name)
-    cells(study, source=name)
-    return free_name(DEFAULT_FOLDERS[0] / study.name)
-
-
-def _comparison_folder(texts: Mapping[str, str]) -> Path:
-    """Check a comparison, and return the folder to write."""
-    from gaitsim.study.comparison import check_request, equal_budgets, load_experiments
-
-    numbers = {
-        name: int(texts[name]) if texts.get(name, "none").strip() not in ("", "none") else None
-        for name in ("evaluations", "generations", "population")
-    }
-    targets = texts.get("targets", "").strip()
-    aims = None if targets in ("", "none") else targets
-    check_request(aims, numbers["evaluations"], numbers["generations"])
-    changes = {
-        f"evolution.{name}": value
-        for name in ("generations", "population")
-        if (value := numbers[name]) is not None
-    }
-    loaded = load_experiments(split_words(texts["experiments"]), changes)
-    equal_budgets(loaded, numbers["evaluations"])
-    return free_name(
-        DEFAULT_FOLDERS[1] / "-against-".join(one.name for one in loaded.values())[:150]
-    )
+SWEEP = CommandForm("New study", ("study",), RunStudy)
+COMPARISON = CommandForm("New comparison", ("compare",), CompareExperiments)
 
 
 class StudyDialog(ModalScreen[tuple[str, ...] | None]):
@@ -175,8 +102,9 @@ class StudyDialog(ModalScreen[tuple[str, ...] | None]):
         problem = self.query_one("#study-problem", Static)
         problem.update(Text("Checking the experiments …"))
         try:
-            check = _study_folder if self._product is SWEEP else _comparison_folder
-            folder = await asyncio.to_thread(check, self._texts)
+            action = self._product.build(self._texts)
+            assert isinstance(action, RunStudy | CompareExperiments)
+            folder = await asyncio.to_thread(action.free_folder)
         except GaitsimError as error:
             if self.is_attached:
                 problem.update(Text(visible_lines(str(error))))
