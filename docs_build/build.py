@@ -34,7 +34,7 @@ API = {
             "gaitsim.actions.export.export",
             "gaitsim.api.picture",
             "gaitsim.api.view",
-            "gaitsim.api.Search",
+            "gaitsim.api.RunningSearch",
             "gaitsim.api.Run",
             "gaitsim.api.Individual",
             "gaitsim.api.Member",

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from gaitsim.actions.export import export as export
     from gaitsim.api import Run as Run
-    from gaitsim.api import Search as Search
+    from gaitsim.api import RunningSearch as RunningSearch
     from gaitsim.api import evolve as evolve
     from gaitsim.api import load as load
     from gaitsim.api import picture as picture
@@ -46,7 +46,7 @@ _MODULES = {
     "Organism": "gaitsim.contracts",
     "RealSpace": "gaitsim.contracts",
     "Run": "gaitsim.api",
-    "Search": "gaitsim.api",
+    "RunningSearch": "gaitsim.api",
     "compare": "gaitsim.comparing",
     "evaluate": "gaitsim.evaluating",
     "evolve": "gaitsim.api",
@@ -74,7 +74,7 @@ __all__ = [
     "Organism",
     "RealSpace",
     "Run",
-    "Search",
+    "RunningSearch",
     "compare",
     "evaluate",
     "evolve",

@@ -11,7 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import evolution
-from gaitsim.adaptation.run_methods import RunAdaptations
+from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.adaptation.report import AdaptationReport, make_report
+from gaitsim.adaptation.settings import AdaptationSettings
+from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
 from gaitsim.contracts import GenomeSpace
 from gaitsim.contracts.search import Members
@@ -37,7 +40,7 @@ from gaitsim.runs.overview import State
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
 
-__all__ = ["Individual", "Member", "Run", "Search", "evolve", "load", "picture", "view"]
+__all__ = ["Individual", "Member", "Run", "RunningSearch", "evolve", "load", "picture", "view"]
 
 Generations = Generator[Generation, None, None]
 
@@ -54,7 +57,7 @@ def evolve(
     set: Mapping[str, Any] | None = None,
     workers: int | None = None,
     out: str | Path | None = None,
-) -> "Search":
+) -> "RunningSearch":
     """Return a search to loop over, an iterator of finished generations.
 
     The same experiment, options and seed give bit-identical generations, in Python and on the
@@ -92,10 +95,10 @@ def evolve(
         experiment, given, ARGUMENTS, fitness=fitness, body=body, space=space
     )
     if out is None:
-        return Search(experiment, None, _unrecorded(experiment, workers))
+        return RunningSearch(experiment, None, _unrecorded(experiment, workers))
     path = create_run(experiment, Path(out))
     writers: list[RunWriter] = []
-    return Search(experiment, path, _recorded(path, writers, workers), writers)
+    return RunningSearch(experiment, path, _recorded(path, writers, workers), writers)
 
 
 def load(
@@ -122,7 +125,7 @@ def load(
     return found
 
 
-class Search(ReprMixin, Iterator[Generation]):
+class RunningSearch(ReprMixin, Iterator[Generation]):
     """A search to loop over once, as returned by `evolve`.
 
     After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end
@@ -203,7 +206,7 @@ class Search(ReprMixin, Iterator[Generation]):
         }
 
 
-class Run(RunViews, RunAdaptations, ReprMixin):
+class Run(RunViews, ReprMixin):
     """A run on disk. Its attributes are re-read at each access, as it may still be evolving.
 
     Attributes:
@@ -370,7 +373,7 @@ class Run(RunViews, RunAdaptations, ReprMixin):
         space: GenomeSpace | None = None,
         set: Mapping[str, Any] | None = None,
         workers: int | None = None,
-    ) -> Search:
+    ) -> RunningSearch:
         """Return a search that continues the run, exactly as if it had never stopped.
 
         Args:
@@ -395,7 +398,7 @@ class Run(RunViews, RunAdaptations, ReprMixin):
         experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)
         writers: list[RunWriter] = []
         steps = _recorded(self.path, writers, workers, given, generations)
-        return Search(experiment, self.path, steps, writers)
+        return RunningSearch(experiment, self.path, steps, writers)
 
     def detach(
         self,
@@ -432,6 +435,104 @@ class Run(RunViews, RunAdaptations, ReprMixin):
             RunError: the run is not evolving in the background.
         """
         return stop(self.path, timeout)
+
+    def adapt(
+        self,
+        damage: Sequence[str] = (),
+        *,
+        physics: bool = False,
+        robot: MeasureGait | None = None,
+        measure: str | None = None,
+        trials: int | None = None,
+        kappa: float | None = None,
+        length_scale: float | None = None,
+        noise: float | None = None,
+        stop: float | None = None,
+        name: str | None = None,
+        fresh: bool = False,
+        workers: int | None = None,
+    ) -> Adaptation:
+        """Return an adaptation, an iterator that performs the same trials as `gaitsim adapt`.
+
+        Args:
+            damage: damaged legs and joints of the simulated body, such as 'L2 lost'.
+            physics: whether the trials take place on the body's twin, its version in rigid-body
+                physics.
+            robot: function that plays an individual on your robot and returns its performance.
+                Without `robot`, damage or physics, you record each trial with `record()`.
+            measure: name of the performance measure, where more is better; None for the measure in
+                the file, or 'forward'.
+            trials: maximum number of trials. For this and the next four arguments, None keeps the
+                value in the file, or the default of `gaitsim.adaptation.Settings`.
+            kappa: weight of the uncertainty in the choice of a trial.
+            length_scale: distance over which a trial affects the expected performance of other
+                gaits, relative to the ranges of the axes.
+            noise: variance of a measured performance, where the best in the map is 1.
+            stop: share of the best expected performance that a trial must reach to end the
+                adaptation.
+            name: name of the file that stores the trials, so that the same call continues them;
+                None stores nothing.
+            fresh: whether to start over and replace that file.
+            workers: number of workers that evaluate the map; None for a number that suits the
+                body.
+
+        Raises:
+            GaitsimError: the body does not support the damage, a setting is invalid, the body does
+                not have the measure, or `robot` is combined with damage or physics.
+            RunError: the run is not an atlas, or the file is damaged or belongs to a different
+                adaptation.
+        """
+        given = {
+            "trials": trials,
+            "kappa": kappa,
+            "length_scale": length_scale,
+            "noise": noise,
+            "stop": stop,
+        }
+        return open_adaptation(
+            self.snapshot,
+            damage,
+            place="physics" if physics else "simulation" if damage else "robot",
+            robot=robot,
+            measure=measure,
+            settings={key: value for key, value in given.items() if value is not None},
+            record=name is not None,
+            name=name,
+            fresh=fresh,
+            workers=workers,
+        )
+
+    def adaptation_report(
+        self,
+        folder: str | Path,
+        *,
+        pairs: bool = False,
+        physics: bool = False,
+        settings: AdaptationSettings | None = None,
+        workers: int | None = None,
+    ) -> AdaptationReport:
+        """Adapt to the loss of each leg like `gaitsim adapt --report`, or continue a report.
+
+        Args:
+            folder: folder of the report, which stores all trials in `report.json`.
+            pairs: whether to also adapt to the loss of each pair of legs.
+            physics: whether to use the body's twin, its version in rigid-body physics.
+            settings: settings of the adaptations; None for the defaults of `gaitsim adapt`.
+            workers: number of gaits tried at a time; None for the number of cores.
+
+        Raises:
+            GaitsimError: the body cannot lose legs, or has no twin.
+            RunError: the run is not an atlas, the folder contains a different report, or the folder
+                cannot be written.
+        """
+        return make_report(
+            self.snapshot,
+            Path(folder),
+            pairs=pairs,
+            physics=physics,
+            settings=settings,
+            workers=workers,
+        )
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self.snapshot.checkpoint

@@ -22,7 +22,7 @@ from gaitsim.runs.writer import RunWriter
 
 
 @pytest.fixture(scope="module")
-def evolved_search(tmp_path_factory: pytest.TempPathFactory) -> gs.Search:
+def evolved_search(tmp_path_factory: pytest.TempPathFactory) -> gs.RunningSearch:
     """Return a finished, recorded search for a gait of the spider."""
     out = tmp_path_factory.mktemp("runs") / "evolved_search"
     search = gs.evolve("spider", generations=4, population=24, seed=2, out=out)
@@ -50,7 +50,7 @@ def test_every_public_name_exists() -> None:
 
 @pytest.mark.slow
 def test_a_loop_records_the_run_that_the_command_records(
-    tmp_path: Path, evolved_search: gs.Search, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, evolved_search: gs.RunningSearch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     arguments = "run spider --generations 4 --population 24 --seed 2 --out commanded"
@@ -194,7 +194,7 @@ def test_a_run_is_evolved_and_stopped_in_the_background(tmp_path: Path) -> None:
     assert again.run.fingerprint() == run.fingerprint()
 
 
-def test_pictures_show_individuals(evolved_search: gs.Search, tmp_path: Path) -> None:
+def test_pictures_show_individuals(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
     run = evolved_search.run
     picture = gs.picture(run.champion, 1.0, size=(160, 90))
     assert isinstance(picture, Image.Image)
@@ -210,7 +210,7 @@ def test_pictures_show_individuals(evolved_search: gs.Search, tmp_path: Path) ->
         run.video("walk.mp5")
 
 
-def test_plots_are_figures_that_notebooks_show(evolved_search: gs.Search) -> None:
+def test_plots_are_figures_that_notebooks_show(evolved_search: gs.RunningSearch) -> None:
     figure = evolved_search.run.plot()
     assert isinstance(figure, Figure)
     assert figure._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
@@ -223,7 +223,7 @@ def test_plots_are_figures_that_notebooks_show(evolved_search: gs.Search) -> Non
         evolved_search.run.plot("footfal")
 
 
-def test_reprs_are_short_lines(evolved_search: gs.Search) -> None:
+def test_reprs_are_short_lines(evolved_search: gs.RunningSearch) -> None:
     assert evolved_search.last is not None
     best = evolved_search.last.scores.max()
     assert repr(evolved_search.last).startswith(f"Generation(number=4, best={best:.4g}, mean=")
@@ -245,7 +245,7 @@ def test_reprs_are_short_lines(evolved_search: gs.Search) -> None:
     assert "'forward': " in console.file.getvalue()  # type: ignore[attr-defined]
 
 
-def test_tables_of_notebooks_are_escaped(evolved_search: gs.Search, tmp_path: Path) -> None:
+def test_tables_of_notebooks_are_escaped(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
     evil = "<script>alert('x')</script>"
     text = evolved_search.experiment.to_toml().replace('description = "', f'description = "{evil}')
     file = tmp_path / "evil.toml"
@@ -260,7 +260,7 @@ def test_tables_of_notebooks_are_escaped(evolved_search: gs.Search, tmp_path: Pa
     assert html.escape(evil) in experiment._repr_html_()
 
 
-def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.Search) -> None:
+def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.RunningSearch) -> None:
     from dataclasses import replace
 
     assert evolved_search.last is not None

@@ -76,13 +76,13 @@ def forget_functions(monkeypatch: pytest.MonkeyPatch) -> Callable[[], None]:
     return lambda: monkeypatch.setattr(entry_points, "_registered", {})
 
 
-def run_to_end(search: gs.Search) -> gs.Generation:
+def run_to_end(search: gs.RunningSearch) -> gs.Generation:
     """Run a search, and return the last generation."""
     *_, last = search
     return last
 
 
-def search_for_pendulum(out: Path | None = None, generations: int = 6) -> gs.Search:
+def search_for_pendulum(out: Path | None = None, generations: int = 6) -> gs.RunningSearch:
     """Return a search for the pendulum."""
     return gs.evolve(
         body=pendulum,
