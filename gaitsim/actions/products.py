@@ -22,10 +22,10 @@ _SUBJECTS = {"plot": "a plot of kind {!r}", "exporter": "the format {!r}"}
 
 
 def fields(product: type[Product]) -> dict[str, FieldInfo]:
-    """Return the options of a product: those that choose individuals, and its own."""
+    """Return the options of a product: its own, and those that choose individuals."""
     chosen = SeveralIndividuals.model_fields
     common = {name: chosen[name] for name in individual_options(product.input)}
-    return common | product.model_fields
+    return product.model_fields | common
 
 
 def read_product(

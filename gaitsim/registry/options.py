@@ -92,6 +92,8 @@ def _number(value: Any) -> str:
 
 def _type(annotation: Any) -> str:
     origin, members = get_origin(annotation), get_args(annotation)
+    if origin is Annotated and members[0] == tuple[str, ...]:
+        return "one or more, separated by commas"
     if origin is Annotated:
         bounds = [
             bound
