@@ -19,6 +19,11 @@ RunSnapshot = Any  # gaitsim.runs.snapshot.RunSnapshot
 Figure = Any  # matplotlib.figure.Figure
 
 Input = Literal["run", "individual", "individuals"]
+RESERVED = (
+    *("run", "kind", "format", "out", "options"),
+    *("generation", "member", "damage", "world", "engine", "generations"),
+)
+"""Options of the commands themselves, whose names no product may use."""
 
 
 def _split(value: Any) -> Any:

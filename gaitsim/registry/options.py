@@ -10,8 +10,9 @@ from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from gaitsim.contracts.product import TWO
+from gaitsim.contracts.product import RESERVED, TWO
 from gaitsim.errors import GaitsimError, nearest
+from gaitsim.registry.entry_points import PRODUCTS
 from gaitsim.toml import brief, is_long, literal, parse
 from gaitsim.toml import text as toml_text
 
@@ -245,6 +246,8 @@ def problems(kind: str, plugin: type[BaseModel]) -> list[str]:
         children = getattr(plugin, "children", None)
         if not isinstance(children, int) or children not in (1, 2):
             found.append("children must be 1 or 2")
+    if kind in PRODUCTS and (taken := [name for name in RESERVED if name in plugin.model_fields]):
+        found.append(f"an option cannot be named {taken[0]!r}: the command has that option")
     if PLUGIN in plugin.model_fields:
         found.append(f"an option cannot be named {PLUGIN!r}: this key names the plugin in a file")
     return found
