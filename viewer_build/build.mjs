@@ -1,8 +1,8 @@
-// Builds ../gaitsim/render/page/assets/three.min.js: the classes in entry.js, from three.js.
+// Builds ../plugins/gaitsim_page/assets/three.min.js: the classes in entry.js, from three.js.
 import { copyFile, readFile } from "node:fs/promises";
 import { build } from "esbuild";
 
-const assets = new URL("../gaitsim/render/page/assets/", import.meta.url);
+const assets = new URL("../plugins/gaitsim_page/assets/", import.meta.url);
 const three = new URL("node_modules/three/", import.meta.url);
 const { version } = JSON.parse(await readFile(new URL("package.json", three), "utf8"));
 

@@ -57,6 +57,7 @@ app = group(
         "study",
         "video",
     ),
+    extensible=True,
     name="gaitsim",
     rich_markup_mode="rich",
     pretty_exceptions_enable=False,

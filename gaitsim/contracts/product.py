@@ -194,3 +194,13 @@ class Exporter(Product):
             GaitsimError: the data are missing, or an option does not fit them.
             RunError: the file cannot be written.
         """
+
+    def embedded(self, subject: Subject) -> bytes:
+        """Return the page, HTML in UTF-8, for a frame in a notebook, as `gs.view` shows it.
+
+        Raises:
+            GaitsimError: the format is not a page, or the individuals cannot be shown.
+        """
+        raise GaitsimError(
+            f"the format {self.suffix!r} cannot be shown in a notebook", allowed="the format 'html'"
+        )

@@ -1,6 +1,7 @@
 """Plugins by name: the entry points of installed packages, presets and options."""
 
 from gaitsim.registry.entry_points import (
+    COMMANDS,
     EXPERIMENTS,
     FILES,
     KINDS,
@@ -17,6 +18,7 @@ from gaitsim.registry.entry_points import (
 from gaitsim.registry.loading import load_class, load_entry, scan
 
 __all__ = [
+    "COMMANDS",
     "EXPERIMENTS",
     "FILES",
     "KINDS",

@@ -34,6 +34,8 @@ EXPERIMENTS = "experiments"
 STUDIES = "studies"
 FILES = "files"
 """File formats that describe a body: the name of the entry point is the suffix of the files."""
+COMMANDS = "command"
+"""Commands: a function for Typer, or a subclass of `gaitsim.actions.action.Action`."""
 PYTHON = "python:"
 """Prefix of the names of functions and classes that a user passes in Python."""
 
@@ -43,7 +45,7 @@ class Entry:
     """One name that a package registers.
 
     Attributes:
-        kind: one of `KINDS`, `PRODUCTS`, `EXPERIMENTS`, `STUDIES` or `FILES`.
+        kind: one of `KINDS`, `PRODUCTS`, `EXPERIMENTS`, `STUDIES`, `FILES` or `COMMANDS`.
         name: name that a user types.
         target: object to import, `module:Class`.
         package: distribution that registers the name.
@@ -67,6 +69,8 @@ class Entry:
     @property
     def remedy(self) -> str:
         """The remedy for a violation of the plugin's contract."""
+        if self.kind == COMMANDS:
+            return f"update {self.package}, or report the error to its author"
         return (
             f"if the plugin is yours, 'gaitsim plugins check {self.name}' lists its errors; "
             f"otherwise update {self.package}, or report the error to its author"
@@ -81,13 +85,15 @@ _NOUNS = {
     EXPERIMENTS: "experiment",
     STUDIES: "study",
     FILES: "format",
+    COMMANDS: "command",
     "plot": "kind of plot",
     "exporter": "format",
 }
 Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
-_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, *PRODUCTS, EXPERIMENTS, STUDIES, FILES)}
+_ALL = (*KINDS, *PRODUCTS, EXPERIMENTS, STUDIES, FILES, COMMANDS)
+_GROUPS = {f"gaitsim.{kind}": kind for kind in _ALL}
 
 
 def entries(kind: str) -> Entries:

@@ -38,10 +38,7 @@ def load_entry(entry: Entry) -> "type[Plugin]":
         from gaitsim.registry.python_plugins import plugin_class
 
         return plugin_class(entry)
-    allow_missing_cache()
-    guard_process()
-    with plugin_errors(entry, "being imported"):
-        loaded = EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
+    loaded = load_object(entry)
     expected: type[Plugin] = getattr(contracts, entry.kind.capitalize())
     contract = f"gaitsim.contracts.{expected.__name__}"
     if not (isinstance(loaded, type) and issubclass(loaded, expected)):
@@ -61,6 +58,14 @@ def load_entry(entry: Entry) -> "type[Plugin]":
     if found := problems(entry.kind, loaded):
         raise contract_error(entry, f"breaks its contract: {'; '.join(found)}", f"see {contract}")
     return loaded
+
+
+def load_object(entry: Entry) -> Any:
+    """Import the object of an entry; it can be anything."""
+    allow_missing_cache()
+    guard_process()
+    with plugin_errors(entry, "being imported"):
+        return EntryPoint(entry.name, entry.target, f"gaitsim.{entry.kind}").load()
 
 
 def scan(kind: str) -> "tuple[dict[str, type[Plugin]], dict[str, GaitsimError]]":

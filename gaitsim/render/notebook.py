@@ -6,7 +6,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitsim.contracts import Plot, Subject
+from gaitsim.contracts import Exporter, Plot, Subject
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.individual import Individual, Which
 from gaitsim.runs.snapshot import RunSnapshot
@@ -86,13 +86,19 @@ def view(*individuals: Individual, height: int = 560) -> View:
         GaitsimError: no individual is given, or too many.
         PluginError: a body cannot be moved, drawn or measured.
     """
-    from gaitsim.render.page.player import page
-
     if not individuals:
         raise GaitsimError(
             "view() was called without an individual", allowed="one or more individuals"
         )
-    return View(page(individuals, embedded=True), height)
+    return View(_page_exporter().embedded(Subject(None, individuals)), height)
+
+
+def _page_exporter() -> Exporter:
+    from gaitsim.registry.loading import load_product
+
+    exporter = load_product("exporter", "html", {})
+    assert isinstance(exporter, Exporter)
+    return exporter
 
 
 def enable_notebook_display(figure: "Figure", theme: "Theme") -> "Figure":
@@ -210,8 +216,7 @@ class RunViews:
             GaitsimError: too many gaits are given, the body cannot be drawn, or the file cannot be
                 written.
         """
-        from gaitsim.render.page.player import write_page
-
         path, run = Path(path), self.snapshot
-        write_page([run.individual(one) for one in generations or (None,)], path, run)
+        individuals = tuple(run.individual(one) for one in generations or (None,))
+        _page_exporter().write(Subject(run, individuals), path)
         return path

@@ -1,4 +1,4 @@
-"""Joint angles for MATLAB, NumPy and spreadsheets, web pages, glTF and TensorBoard."""
+"""Joint angles for MATLAB, NumPy and spreadsheets, glTF and TensorBoard."""
 
 import shlex
 from pathlib import Path
@@ -55,41 +55,20 @@ class Npz(GaitExporter):
     suffix: ClassVar[str] = ".npz"
 
 
-class BodyExporter(Exporter):
-    """The body in motion."""
+class Glb(Exporter):
+    """The body in motion as glTF, for Blender and others."""
 
+    title: ClassVar[str] = "glTF for Blender"
     group: ClassVar[str] = "The body in motion"
+    note: ClassVar[str] = "glTF for Blender and others"
+    suffix: ClassVar[str] = ".glb"
+    stem: ClassVar[str] = "body"
 
     def check(self, individual: "Individual") -> None:
         """Check that the body can be drawn."""
         from gaitsim.render.scene.clip import clip_of
 
         clip_of(individual)
-
-
-class Html(BodyExporter):
-    """A web page that plays individuals in 3D, even offline."""
-
-    title: ClassVar[str] = "Web page"
-    note: ClassVar[str] = "web page"
-    suffix: ClassVar[str] = ".html"
-    stem: ClassVar[str] = "page"
-    input: ClassVar["Input"] = "individuals"
-
-    def write(self, subject: Subject, path: Path) -> Exported:
-        """Write the page."""
-        from gaitsim.render.page.player import write_page
-
-        return Exported(write_page(subject.individuals, path, subject.run))
-
-
-class Glb(BodyExporter):
-    """The body in motion as glTF, for Blender and others."""
-
-    title: ClassVar[str] = "glTF for Blender"
-    note: ClassVar[str] = "glTF for Blender and others"
-    suffix: ClassVar[str] = ".glb"
-    stem: ClassVar[str] = "body"
 
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the file."""
@@ -101,40 +80,12 @@ class Glb(BodyExporter):
         return Exported(f"animated glTF 2.0 of {frames:,} frames at {rate:g} Hz")
 
 
-class RunExporter(Exporter):
-    """A whole run."""
-
-    group: ClassVar[str] = "The whole run"
-    input: ClassVar["Input"] = "run"
-
-
-class AtlasPage(RunExporter):
-    """A web page with the archive as a map of animated gaits."""
-
-    title: ClassVar[str] = "Archive as a web page"
-    note: ClassVar[str] = "web page with the archive as a map of animated gaits"
-    suffix: ClassVar[str] = ".html"
-    stem: ClassVar[str] = "atlas"
-    items: ClassVar[str] = "gaits"
-
-    def check(self, individual: "Individual") -> None:
-        """Check that the search keeps an archive."""
-        from gaitsim.render.plots.data import require_archive
-
-        require_archive(individual)
-
-    def write(self, subject: Subject, path: Path) -> Exported:
-        """Write the page."""
-        from gaitsim.render.page.atlas import write_atlas
-
-        run = subject.whole_run
-        return Exported(write_atlas(run, path, begin=subject.begin, advance=subject.advance))
-
-
-class Tensorboard(RunExporter):
+class Tensorboard(Exporter):
     """Event files for TensorBoard."""
 
     title: ClassVar[str] = "Events for TensorBoard"
+    group: ClassVar[str] = "The whole run"
+    input: ClassVar["Input"] = "run"
     suffix: ClassVar[str] = ""
     stem: ClassVar[str] = "tensorboard"
     items: ClassVar[str] = "generations"

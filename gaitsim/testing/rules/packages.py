@@ -12,7 +12,7 @@ from typing import Any
 from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.registry import EXPERIMENTS, FILES, KINDS, PRODUCTS, STUDIES, Entry
+from gaitsim.registry import COMMANDS, EXPERIMENTS, FILES, KINDS, PRODUCTS, STUDIES, Entry
 from gaitsim.registry.entry_points import normalized
 from gaitsim.testing.report import Finding, error
 
@@ -81,7 +81,7 @@ def _plugins_of_folder(folder: Path, metadata: Path) -> PluginSelection:
         for group, names in _table(project, "entry-points", file).items()
         if group.startswith(_GROUP)
     }
-    unknown = sorted({*points} - {*CHECKED, STUDIES, FILES})
+    unknown = sorted({*points} - {*CHECKED, STUDIES, FILES, COMMANDS})
     if unknown or not any(points.values()):
         raise GaitsimError(
             f"unknown kind of plugin {', '.join(unknown)}"

@@ -8,6 +8,7 @@ Rods and solids are rigid. Between frames they turn along the shortest path, by 
 interpolation of rotations.
 """
 
+from importlib.metadata import version
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,6 @@ import numpy as np
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
-from gaitsim.render.html import program_version
 from gaitsim.render.meshes import Mesh, mesh_of, polyhedron, rod, slab
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip, clip_of
@@ -58,7 +58,8 @@ def glb(individual: Individual) -> bytes:
         "generation": individual.generation,
         "units": {"length": "m", "time": "s", "score": individual.experiment.fitness.unit},
     }
-    return _Body(clip).document.to_glb(individual.name, program_version(), title, extras)
+    made = f"gaitsim {version('gaitsim')}"
+    return _Body(clip).document.to_glb(individual.name, made, title, extras)
 
 
 class _Body:

@@ -12,7 +12,7 @@
 class Recording {
   /**
    * Read a clip of the page's data.
-   * @param {object} clip see gaitsim/render/page/clips.py
+   * @param {object} clip see clips.py
    * @returns {Promise<Recording>}
    */
   static async read(clip) {

@@ -7,9 +7,9 @@ import pytest
 from javascript import CHROMIUM
 
 from gaitsim.contracts import Terrain
-from gaitsim.render.page.document import document
-from gaitsim.render.page.packing import pack
-from gaitsim.render.page.player import themes
+from gaitsim_page.document import document
+from gaitsim_page.packing import pack
+from gaitsim_page.player import themes
 
 FLAGS = [
     "--no-sandbox",

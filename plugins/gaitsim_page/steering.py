@@ -11,13 +11,12 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.render.html import program_version
-from gaitsim.render.page.clips import body_data
-from gaitsim.render.page.document import asset, document
-from gaitsim.render.page.player import themes
 from gaitsim.render.scene.clip import Clip
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.steering import Drive
+from gaitsim_page.clips import body_data
+from gaitsim_page.document import asset, document, program_version
+from gaitsim_page.player import themes
 
 SCRIPTS = ("pad.js", "steering.js")
 DESCRIPTION = "Each key selects an evolved network that controls the body."

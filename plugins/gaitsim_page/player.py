@@ -10,14 +10,13 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
-from gaitsim.render.html import program_version
-from gaitsim.render.page.clips import clip_data, finite_or_none
-from gaitsim.render.page.document import document
 from gaitsim.render.scene.themes import THEMES
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
+from gaitsim_page.clips import clip_data, finite_or_none
+from gaitsim_page.document import document, program_version
 
 MAX_BODIES = 12  # maximum number of individuals side by side
 MAX_CURVE_POINTS = 500  # maximum number of points of the fitness curve

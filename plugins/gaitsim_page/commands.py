@@ -1,5 +1,6 @@
-"""`gaitsim steer`."""
+"""`gaitsim gallery` and `gaitsim steer`."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -8,11 +9,53 @@ import typer
 from gaitsim.choices import STEERING_PRESET
 from gaitsim.cli.completion import preset_names
 from gaitsim.cli.options import Set
+from gaitsim.cli.runs import check_root
 from gaitsim.cli.tui import check_terminal, run_app
+from gaitsim.console import INTERRUPTED
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import echo, notice, report_files
+from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import command
 
 ALLOWED = "COMMAND=RUN, COMMAND=RUN@GENERATION or COMMAND=FILE of a champion"
+
+
+def gallery(
+    root: Annotated[
+        Path, typer.Argument(metavar="FOLDER", help="Folder that holds the runs.")
+    ] = Path("runs"),
+    out: Annotated[
+        Path,
+        typer.Option(
+            metavar="FOLDER", help="Folder of the website; an existing website of runs is replaced."
+        ),
+    ] = Path("site"),
+) -> None:
+    """Create a website from a folder of runs, with a page for each run that plays its champion.
+
+    Within each body and fitness, the best run comes first. The site needs no server: open its
+    index.html, or copy the folder to any web server.
+
+    [bold]Examples[/bold]
+
+    gaitsim gallery
+
+    gaitsim gallery runs/ --out site/
+    """
+    from gaitsim_page.gallery import write_gallery
+
+    check_root(root)
+    try:
+        with interruptible(), Progress("gallery", "runs") as progress:
+            site = write_gallery(root, out, begin=progress.expect, advance=progress.advance)
+    except KeyboardInterrupt:
+        notice(f"Stopped; {out} contains the runs that were finished.")
+        sys.exit(INTERRUPTED)
+    report_files(site.index)
+    for name, reason in site.problems:
+        notice(f"{name}: {reason}")
+    echo(f"{site.index}: {site.shown} run{'s' * (site.shown != 1)}")
 
 
 def steer(
@@ -64,8 +107,7 @@ def steer(
     replaced = dict(map(_parse_controller, controller or ()))
     controllers = controllers_of(loaded, replaced)
     if out is not None:
-        from gaitsim.console.printing import echo, report_files
-        from gaitsim.render.page.steering import write_page
+        from gaitsim_page.steering import write_page
 
         description = write_page(loaded, controllers, out)
         report_files(out)

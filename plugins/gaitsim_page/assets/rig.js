@@ -30,7 +30,7 @@ function product(one, other) {
 }
 
 class Rig {
-  /** @param {object} body body in the page's data, see gaitsim/render/page/atlas.py */
+  /** @param {object} body body in the page's data, see atlas.py */
   constructor(body) {
     this.body = body;
     this.count = body.clip.ends.length ? Math.max(...body.clip.ends) + 1 : 0;

@@ -1,4 +1,4 @@
-// Unpacking of arrays packed by gaitsim/render/page/packing.py.
+// Unpacking of arrays packed by packing.py.
 
 /**
  * @typedef {{shape: number[], step: number, data: string}} Packed

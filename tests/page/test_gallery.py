@@ -10,9 +10,9 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
-from gaitsim.render import gallery
-from gaitsim.render.gallery import write_gallery
 from gaitsim.runs.manage import write_note
+from gaitsim_page import gallery
+from gaitsim_page.gallery import write_gallery
 
 PICTURE = "data:image/webp;base64,UklGRg=="
 HOSTILE = "<img src=x onerror=alert(1)>"

@@ -7,7 +7,7 @@ const WIDE = 2.4; // width of the path, pixels
 
 class Body {
   /**
-   * @param {object} clip drawn shape, see gaitsim/render/page/clips.py; its frames are not read
+   * @param {object} clip drawn shape, see clips.py; its frames are not read
    * @param {object} theme see gaitsim/render/scene/themes.py
    * @param {number} lane displacement to the left, m
    * @param {number} number index of the body, which selects its colour

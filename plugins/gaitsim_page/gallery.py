@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from importlib.resources import files
 from io import BytesIO
 from itertools import groupby
 from pathlib import Path
@@ -16,8 +15,6 @@ from gaitsim.contracts import Skeleton
 from gaitsim.errors import ExperimentError, GaitsimError, PluginError
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
-from gaitsim.render.html import escaped, head, program_version
-from gaitsim.render.page.player import write_page
 from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.runs.files.atomic import write_bytes
@@ -25,6 +22,8 @@ from gaitsim.runs.files.folder import check_links, create_out_folder, list_runs
 from gaitsim.runs.manage import read_note
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
+from gaitsim_page.document import asset, escaped, head, program_version
+from gaitsim_page.player import write_page
 
 SIZE = 480, 300  # size of a picture, pixels
 MOMENT = 0.4  # moment in the picture, as a share of the motion
@@ -164,7 +163,7 @@ def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
             f'<section aria-labelledby="missing">\n{heading}\n<ul>\n{rows}\n</ul>\n</section>'
         )
     count = len(ordered)
-    style = files("gaitsim.render.gallery").joinpath("gallery.css").read_text(encoding="utf-8")
+    style = asset("gallery.css")
     return _PAGE.format(
         head=head(title, "img-src data:", style),
         made=escaped(program_version()),

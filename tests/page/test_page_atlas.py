@@ -10,10 +10,9 @@ from gaitsim.errors import NothingToPlotError
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import load_experiment
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.page.atlas import atlas_data, write_atlas
-from gaitsim.render.page.gaits import MAX_WAVE_ERROR, gaits_data
-from gaitsim.render.page.packing import unpack
-from gaitsim.render.page.strides import SETTLED, stride_of
+from gaitsim_page.atlas import atlas_data, write_atlas
+from gaitsim_page.gaits import MAX_WAVE_ERROR, SETTLED, gaits_data, stride_of
+from gaitsim_page.packing import unpack
 
 DRAWING = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--disable-quic")
 HALF_STEP = np.radians(0.2)

@@ -8,8 +8,8 @@ from kite import SCRIPT, fly_kites
 
 from gaitsim.contracts import SteeringPage
 from gaitsim.errors import ContractError, GaitsimError
-from gaitsim.render.page.steering import page, write_page
 from gaitsim.steering import controllers_of
+from gaitsim_page.steering import page, write_page
 
 
 @pytest.fixture

@@ -11,9 +11,9 @@ from gaitsim.gait.gait_files import gait_of
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.meshes import mesh_of
-from gaitsim.render.page.packing import MAX_STEPS, pack
 from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import Clip, clip_of
+from gaitsim_page.packing import MAX_STEPS, pack
 
 STEP = 1e-5  # rounding of positions, m, and of the components of quaternions
 MIN_STEPS_PER_SPAN = (

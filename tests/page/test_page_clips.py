@@ -10,8 +10,8 @@ from hypothesis.extra import numpy as arrays
 
 from gaitsim.contracts import Skeleton, Solid
 from gaitsim.errors import GaitsimError
-from gaitsim.render.page.clips import _solids, clip_data
-from gaitsim.render.page.packing import pack, unpack
+from gaitsim_page.clips import _solids, clip_data
+from gaitsim_page.packing import pack, unpack
 
 
 @given(

@@ -3,14 +3,35 @@
 import base64
 import gzip
 import hashlib
+import html
 import json
 from collections.abc import Iterable, Mapping
 from functools import cache
+from importlib.metadata import version
 from importlib.resources import files
 from typing import Any
 
-from gaitsim.render.html import escaped, head
-from gaitsim.render.page import assets
+from gaitsim.render.terminal.text import visible
+from gaitsim_page import assets
+
+POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src 'unsafe-inline'"
+"""The content security policy of every page: no scripts and no requests unless added to it."""
+
+_HEAD = """<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="color-scheme" content="light dark">
+<meta name="referrer" content="no-referrer">
+<meta name="generator" content="{made}">
+<title>{title}</title>
+<style>
+{style}
+</style>
+</head>
+"""
 
 _ESCAPED = {ord(char): f"\\u{ord(char):04x}" for char in "<>&\u2028\u2029"}
 
@@ -96,3 +117,27 @@ def _digest(text: str) -> str:
 def _json(data: Mapping[str, Any]) -> str:
     """Return JSON that cannot end a script element; characters beyond ASCII are escaped."""
     return json.dumps(data, allow_nan=False, separators=(",", ":")).translate(_ESCAPED)
+
+
+def head(title: str, allowed: str, style: str) -> str:
+    """Return the beginning of an HTML file, up to its body.
+
+    Args:
+        title: title of the page.
+        allowed: directives added to `POLICY`, such as "img-src data:".
+        style: style sheet of the page.
+    """
+    policy = f"{POLICY}; {allowed}"
+    return _HEAD.format(
+        policy=policy, made=escaped(program_version()), title=escaped(title), style=style
+    )
+
+
+def escaped(text: str) -> str:
+    """Return text as HTML, with control characters and direction marks shown as escapes."""
+    return html.escape(visible(text))
+
+
+def program_version() -> str:
+    """Return the name and version of this program."""
+    return f"gaitsim {version('gaitsim')}"

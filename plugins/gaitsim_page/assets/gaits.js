@@ -1,4 +1,4 @@
-// Joint angles of the gaits of an archive, in the form stored by gaitsim/render/page/gaits.py.
+// Joint angles of the gaits of an archive, in the form stored by gaits.py.
 
 class Gaits {
   /**

@@ -12,17 +12,16 @@ from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual, Member
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.archive_view import ArchiveView, colour_scale_low
-from gaitsim.render.html import program_version
-from gaitsim.render.page.clips import clip_data
-from gaitsim.render.page.document import asset, document
-from gaitsim.render.page.gaits import gaits_data
-from gaitsim.render.page.packing import Packed, pack
-from gaitsim.render.page.player import themes
 from gaitsim.render.plots.data import require_archive
 from gaitsim.render.terminal.heat_map import VIRIDIS
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim_page.clips import clip_data
+from gaitsim_page.document import asset, document, program_version
+from gaitsim_page.gaits import gaits_data
+from gaitsim_page.packing import Packed, pack
+from gaitsim_page.player import themes
 
 SCRIPTS = ("rig.js", "gaits.js", "cells.js", "gait_list.js", "atlas.js")
 _PRINTED_STEP = 1e-4  # rounding of numbers that are only printed, as a share of their range

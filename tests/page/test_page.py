@@ -12,9 +12,9 @@ import gaitsim as gs
 from gaitsim.contracts import Measure, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.individual import Individual
-from gaitsim.render.page.document import document
-from gaitsim.render.page.player import MAX_CURVE_POINTS, page, page_data
 from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim_page.document import document
+from gaitsim_page.player import MAX_CURVE_POINTS, page, page_data
 
 EVIL = (
     "é</script><script>document.title = 'evil'; alert(1)</script><!--\"'><img src=x onerror="

@@ -1,1 +1,0 @@
-"""Pages for browsers: single files that make no network requests."""
