@@ -60,16 +60,21 @@ def test_the_finding_in_the_guide_is_that_of_the_check(install):
         assert part in shown
 
 
-def test_the_wrapped_library_of_the_guide_conforms(install):
-    """Its search on a library's points keeps the contract, and is run by the tests of the docs."""
+@pytest.mark.parametrize(
+    ("kind", "name"),
+    [("search", "SobolSearch"), ("plot", "SpeedPlot"), ("exporter", "FootfallTable")],
+)
+def test_the_other_plugins_of_the_guide_conform(install, kind, name):
+    """They keep their contracts, and are run by the tests of the docs."""
     from gaitsim.registry import find
     from gaitsim.testing.examine import examine
 
     (text,) = [
         block["text"]
         for block in BLOCK.finditer(GUIDE.read_text(encoding="utf-8"))
-        if "class SobolSearch" in block["text"]
+        if f"class {name}" in block["text"]
     ]
-    install("gaitsim_sobol", text, {"search": {"sobol": "SobolSearch"}})
-    report = examine(find("search", "sobol"), {})
+    module = f"gaitsim_{name.lower()}"
+    install(module, text, {kind: {"example": name}})
+    report = examine(find(kind, "example"), {})
     assert report.ok, report
