@@ -533,3 +533,32 @@ def puppet_run(puppet, tmp_path, monkeypatch):
     """Return a function that evolves an experiment of puppets and returns the run."""
     monkeypatch.chdir(tmp_path)
     return lambda *overrides: evolved(puppet(*overrides), Path("run"))
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch, puppets):
+    """Change to a temporary folder; install puppets, also for other processes."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+    return tmp_path
+
+
+@pytest.fixture
+def walk(here, puppet):
+    """Return a function that creates a run of puppets evolved up to a generation."""
+    from gaitsim.evaluation import evaluate
+    from gaitsim.runs.creation import create_run
+    from gaitsim.runs.writer import RunWriter
+
+    def walk(name="walk", generation=3, *overrides, generations=5):
+        experiment = puppet(f"evolution.generations={generations}", *overrides)
+        path = create_run(experiment, Path("runs") / name)
+        if generation:
+            with RunWriter.open(path) as writer:
+                for made in writer.evolve(partial(evaluate, writer.experiment)):
+                    if made.number == generation:
+                        break
+        return path
+
+    return walk

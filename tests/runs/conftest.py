@@ -65,12 +65,6 @@ def gathering(monkeypatch):
 
 
 @pytest.fixture
-def here(tmp_path, monkeypatch, puppets):
-    """Works in the test's folder, puppets installed."""
-    monkeypatch.chdir(tmp_path)
-
-
-@pytest.fixture
 def whole(puppet, here):
     """A run of eight generations that was never interrupted."""
     path = create_run(puppet(LONG, THRESHOLD), Path("whole"))

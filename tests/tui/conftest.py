@@ -1,8 +1,6 @@
 """Fixtures that drive the app's screens in a temporary folder with runs of puppets."""
 
-import os
 from contextlib import asynccontextmanager
-from functools import partial
 from pathlib import Path
 
 import pytest
@@ -10,12 +8,7 @@ from textual import _wait, constants
 from textual.css.stylesheet import Stylesheet
 from waiting import app_until
 
-from gaitsim.evaluation import evaluate
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
-
-PUPPETS = Path(__file__).parents[1] / "puppets"
 
 # Waiting for an idle app takes a second while something moves; shorter intervals avoid this.
 _wait.SLEEP_GRANULARITY = 1 / 200
@@ -36,32 +29,6 @@ def _parse_once(sheet, *arguments, **options):
 
 
 Stylesheet._parse_rules = _parse_once
-
-
-@pytest.fixture
-def here(tmp_path, monkeypatch, puppets):
-    """Change to a temporary folder; install puppets, also for processes that the app starts."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    return tmp_path
-
-
-@pytest.fixture
-def walk(here, puppet):
-    """Return a function that creates a run of puppets evolved up to a generation."""
-
-    def walk(name="walk", generation=3, *overrides, generations=5):
-        experiment = puppet(f"evolution.generations={generations}", *overrides)
-        path = create_run(experiment, Path("runs") / name)
-        if generation:
-            with RunWriter.open(path) as writer:
-                for made in writer.evolve(partial(evaluate, writer.experiment)):
-                    if made.number == generation:
-                        break
-        return path
-
-    return walk
 
 
 class RecordingApp(GaitsimApp):

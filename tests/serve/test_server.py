@@ -14,8 +14,8 @@ from aiohttp import CookieJar, WSMsgType, WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
 from waiting import until
 
-from gaitsim.tui import web
-from gaitsim.tui.web import LONGEST_MESSAGE, PAGE, WebServer, is_loopback
+from gaitsim_serve import server
+from gaitsim_serve.server import LONGEST_MESSAGE, PAGE, WebServer, is_loopback
 
 TOKEN = "a token & more"
 # An app that writes its size, process ID and token, then echoes its input.
@@ -230,7 +230,7 @@ class TestApps:
 
     @pytest.mark.parametrize("script", [ECHO, DEAF, LOUD], ids=["echo", "deaf", "loud"])
     async def test_it_ends_with_its_window(self, script, monkeypatch):
-        monkeypatch.setattr(web, "GRACE", 0.5)
+        monkeypatch.setattr(server, "GRACE", 0.5)
         async with serving(script) as client:
             connection, (process, *_) = await window(client)
             await connection.send_json(["stdin", "x"])
@@ -240,13 +240,13 @@ class TestApps:
                     await asyncio.sleep(0.02)
 
     async def test_an_excess_window_waits_for_another_to_close_or_is_refused(self, monkeypatch):
-        monkeypatch.setattr(web, "PATIENCE", 0.2)
+        monkeypatch.setattr(server, "PATIENCE", 0.2)
         async with serving(ECHO, windows=1) as client:
             first, _ = await window(client)
             origin = str(client.make_url("")).rstrip("/")
             second = await client.ws_connect("/ws", origin=origin)
             assert "windows are open" in (await second.receive()).extra
-            monkeypatch.setattr(web, "PATIENCE", 30)
+            monkeypatch.setattr(server, "PATIENCE", 30)
             await first.close()
             await window(client)
 
@@ -261,7 +261,7 @@ class TestApps:
         assert "broken" in capfd.readouterr().out
 
     def test_it_ends_with_its_server(self, start):
-        environment = os.environ | {"TEXTUAL_DRIVER": "gaitsim.tui.web_driver:PipeDriver"}
+        environment = os.environ | {"TEXTUAL_DRIVER": "gaitsim_serve.driver:PipeDriver"}
         app = start("tui", env=environment, stdin=subprocess.PIPE, text=False)
         assert app.stdout.readline() == b"__GANGLION__\n"
         os.set_blocking(app.stdout.fileno(), False)
@@ -328,7 +328,7 @@ def served(monkeypatch):
 
 
 def test_without_the_extra_the_error_says_how_to_install_it(gaitsim, monkeypatch):
-    monkeypatch.delitem(sys.modules, "gaitsim.tui.web")
+    monkeypatch.delitem(sys.modules, "gaitsim_serve.server")
     monkeypatch.setitem(sys.modules, "aiohttp", None)
     stderr = gaitsim("serve", code=2).stderr
     assert "aiohttp" in stderr

@@ -119,7 +119,7 @@ class ServedApp(AppService):
 
     def _build_environment(self, width: int = 80, height: int = 24) -> dict[str, str]:
         environment = super()._build_environment(width, height)
-        environment["TEXTUAL_DRIVER"] = "gaitsim.tui.web_driver:PipeDriver"
+        environment["TEXTUAL_DRIVER"] = "gaitsim_serve.driver:PipeDriver"
         environment.pop("GAITSIM_TOKEN", None)
         return environment
 

@@ -1,4 +1,4 @@
-"""`gaitsim serve`."""
+"""`gaitsim serve`: the terminal UI in a browser."""
 
 import os
 import secrets
@@ -53,7 +53,7 @@ def serve(
     from gaitsim.tui.themes import check_theme
 
     try:
-        from gaitsim.tui.web import WebServer, is_loopback, listening_socket
+        from gaitsim_serve.server import WebServer, is_loopback, listening_socket
     except ModuleNotFoundError as error:
         raise not_installed("'gaitsim serve'", error.name, "serve") from None
     chosen = check_theme(theme, where="--theme") if theme else None
