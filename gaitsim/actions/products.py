@@ -1,4 +1,4 @@
-"""What plots and exports share: the plugin that a switch names, and its options."""
+"""Parts shared by plots and exports: the plugin that a switch names, and its options."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any

@@ -50,7 +50,7 @@ FIRST_MOMENTS = 1.0  # seconds for which the command waits for an early failure 
 PERIOD = 0.05  # seconds between checks
 
 Place = Executor | Literal["background"] | None
-"""Where a run evolves: on a cluster, in the background, or in this process."""
+"""The place where a run evolves: on a cluster, in the background, or in this process."""
 
 INTEGER_COLUMNS = ("generation", "stage", "evaluations")
 

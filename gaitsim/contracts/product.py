@@ -1,4 +1,4 @@
-"""What leaves gaitsim: the contracts of plots and exporters."""
+"""Files made from runs: the contracts of plots and exporters."""
 
 import math
 from abc import abstractmethod

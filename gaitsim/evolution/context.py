@@ -1,4 +1,4 @@
-"""What a search works with: its random streams and operators, which are checked, and its state."""
+"""The context of a search: its random streams and operators, which are checked, and its state."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

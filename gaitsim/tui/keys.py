@@ -45,7 +45,7 @@ class ScreenAction(NamedTuple):
 
     @property
     def synonyms(self) -> str:
-        """The words by which the palette finds the action."""
+        """The words with which the palette finds the action."""
         return self.words or _SYNONYMS.get(self.label, "")
 
 

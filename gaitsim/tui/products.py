@@ -1,4 +1,4 @@
-"""What can be exported from a run: plots, files and other products, as forms and commands.
+"""The products of a run: plots, files and other products, as forms and commands.
 
 The forms come from the same declarations as the commands.
 """

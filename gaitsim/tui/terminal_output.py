@@ -1,4 +1,4 @@
-"""What is sent to the terminal: no control characters of others, and only changed cells.
+"""Output to the terminal: no control characters of others, and only changed cells.
 
 The terminal may be at the far end of an SSH connection. Textual resends a whole row of a widget
 when one cell changes, and Rich sets and resets both colours of each piece of text. Sending only

@@ -120,7 +120,7 @@ def _simulated_servo(individual: Individual) -> str:
 def _assumed_calibration(
     individual: Individual, gait: Gait, format: str
 ) -> tuple[Calibration, str]:
-    """Return the default calibration, and a notice that says so."""
+    """Return the default calibration, and a notice about its assumptions."""
     servo = _simulated_servo(individual)
     found = default_calibration(format, gait.joint_names, gait.standing, servo)
     name = next(iter(found.joints.values())).servo

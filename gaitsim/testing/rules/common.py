@@ -1,4 +1,4 @@
-"""What the rules share: bit-for-bit comparison by digests, and valid populations."""
+"""Helpers of the rules: bit-for-bit comparison by digests, and valid populations."""
 
 import hashlib
 import time

@@ -42,7 +42,7 @@ class Listed(Protocol):
 
 
 class RunChoice(NamedTuple):
-    """What a screen's actions on a run apply to.
+    """The run and the individual to which the actions of a screen apply.
 
     Attributes:
         run: folder of the run.
