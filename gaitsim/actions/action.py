@@ -43,25 +43,43 @@ class Action(BaseModel):
         """
 
 
-def argument(help: str, placeholder: str, *, completion: str = "", shown: bool = False) -> Any:
-    """Declare a required argument of an action.
+def argument(
+    help: str,
+    placeholder: str,
+    default: Any = ...,
+    *,
+    unset: str = "",
+    completion: str = "run_names",
+    shown: bool = False,
+) -> Any:
+    """Declare an argument of an action.
 
     Args:
         help: description of the argument, a phrase without a full stop.
         placeholder: name of the argument in the help.
-        completion: name of the function in `gaitsim.cli.completion` that completes it.
+        default: value of the argument if it is omitted; `...` for a required argument.
+        unset: description of the default, if the default is None.
+        completion: name of the function in `gaitsim.cli.completion` that completes it; '' for none.
         shown: whether forms show the argument, which is otherwise the run of the form.
     """
-    extra = {"placeholder": placeholder, "argument": "shown" if shown else "hidden"}
-    return Field(
-        description=help, json_schema_extra={**extra, "completion": completion or "run_names"}
-    )
+    more = {"placeholder": placeholder, "unset": unset, "completion": completion}
+    argument = "shown" if shown else "hidden"
+    return Field(default, description=help, json_schema_extra={**more, "argument": argument})
 
 
 RUN = "name of a run in runs/, or its folder"
 RUN_OR_CODE = (
     "name of a run in runs/, or its folder; or a challenge code (from 'gaitsim share'), a file "
     "that contains a code, or '-' to read a code from standard input"
+)
+EXPERIMENT = "name of a preset, or path of a TOML file or a robot file such as URDF"
+GENERATIONS: int | None = option(None, "number of generations")
+POPULATION: int | None = option(None, "number of individuals per generation")
+SET: Names | None = option(
+    None,
+    "set an option of the experiment, such as mutation.rate=0.1",
+    placeholder="KEY=VALUE",
+    flag="--set",
 )
 WORKERS: int | None = option(
     None,

@@ -203,6 +203,3 @@ def _other_simulations(
         return None, in_engine(individual, engine) if engine else None
     twin = play_on_twin(individual)
     return in_engine(twin, engine) if engine else twin, None
-
-
-ACTION = Analyse

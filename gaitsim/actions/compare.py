@@ -7,7 +7,17 @@ from pathlib import Path
 from shutil import rmtree
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import DASK, JSON, WORKERS, WORLD_SEED, Action, argument
+from gaitsim.actions.action import (
+    DASK,
+    GENERATIONS,
+    JSON,
+    POPULATION,
+    SET,
+    WORKERS,
+    WORLD_SEED,
+    Action,
+    argument,
+)
 from gaitsim.choices import PlotFormat
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
@@ -66,14 +76,9 @@ class CompareExperiments(Action):
         "repeats for the running times",
         placeholder="SCORE,…",
     )
-    generations: int | None = option(None, "number of generations")
-    population: int | None = option(None, "number of individuals per generation")
-    set_: Names | None = option(
-        None,
-        "set an option of the experiment, such as mutation.rate=0.1",
-        placeholder="KEY=VALUE",
-        flag="--set",
-    )
+    generations: int | None = GENERATIONS
+    population: int | None = POPULATION
+    set_: Names | None = SET
     workers: int | None = WORKERS
     dask: str | None = DASK
     out: Path | None = option(
@@ -342,6 +347,3 @@ def _print_ranking(found: Ranking, number: int) -> None:
         style="dim",
         soft_wrap=True,
     )
-
-
-ACTION = CompareExperiments

@@ -127,6 +127,3 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
         ["", *heads],
         ([row.key, *row.values] for row in rows),
     )
-
-
-ACTION = Differences

@@ -157,6 +157,3 @@ def export(
         run = exported.snapshot
         subject = Subject(run, () if exporter.input == "run" else (run.individual(),))
     return exporter.write(subject, path)
-
-
-ACTION = Export

@@ -184,6 +184,3 @@ def _train(expert: Expert, trainings: list[TrainingSettings], quiet: bool) -> li
         with Progress(label, "epochs", settings.epochs, log=log) as progress:
             found.append(imitate_expert(expert, settings, progress.advance))
     return found
-
-
-ACTION = Imitate

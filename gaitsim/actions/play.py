@@ -135,6 +135,3 @@ def _picture(
     title.append(f"  {seconds:.2f} s of {clip.seconds:.2f} s", "dim")
     drawn = lines(*picture(clip, seconds, camera, columns, rows - 1), BODY)
     return Group(Text("\n").join([title, *drawn]))
-
-
-ACTION = Play

@@ -156,6 +156,3 @@ def file_stem(name: str, kind: Product, subject: Subject) -> str:
         parts.append(f"generation-{shown}" if several else subject.individual.stem)
     stem = "-".join(parts)
     return "".join(char if char.isalnum() or char in "-_" else "-" for char in stem)
-
-
-ACTION = MakePlot

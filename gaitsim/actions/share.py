@@ -45,6 +45,3 @@ class Share(ChosenIndividual):
             "Anyone can check it with: gaitsim verify CODE"
         )
         notice(f"The score is {individual.experiment.portability}")
-
-
-ACTION = Share

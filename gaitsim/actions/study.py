@@ -191,6 +191,3 @@ def _exit_stopped(folder: Path) -> NoReturn:
 
     notice(f"Stopped; finished cells are saved. Continue with: {command('study', folder)}")
     sys.exit(INTERRUPTED)
-
-
-ACTION = RunStudy

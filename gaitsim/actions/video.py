@@ -111,6 +111,3 @@ class MakeVideo(SeveralIndividuals):
             f"second, {float(len(film) / settings.rate):.1f} s"
             + (f", {format_speed(film.speed)}" if film.speed != 1 else "")
         )
-
-
-ACTION = MakeVideo

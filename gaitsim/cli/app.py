@@ -7,7 +7,6 @@ import typer
 from gaitsim.cli.help import group
 
 app = group(
-    "gaitsim.cli",
     {
         "run": "Evolve a gait, and save the run in a folder.",
         "atlas": "Evolve an atlas of a body's gaits: the best gait for each way of using the legs.",
@@ -45,18 +44,61 @@ app = group(
         "robots": "Check robot files, and list the installed robots and servos.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
-    (
-        "analyse",
-        "compare",
-        "differences",
-        "export",
-        "imitate",
-        "play",
-        "plot",
-        "share",
-        "study",
-        "video",
-    ),
+    {
+        "run": "evolve:EvolveRun",
+        "atlas": "evolve:EvolveAtlas",
+        "resume": "evolve:Resume",
+        "attach": "background:Attach",
+        "stop": "background:Stop",
+        "fork": "runs:Fork",
+        "runs": "runs:ListRuns",
+        "show": "runs:ShowRun",
+        "members": "members:ListMembers",
+        "note": "runs:EditNote",
+        "rename": "runs:Rename",
+        "export": "export:Export",
+        "plot": "plot:MakePlot",
+        "video": "video:MakeVideo",
+        "play": "play:Play",
+        "analyse": "analyse:Analyse",
+        "adapt": "adapt:Adapt",
+        "imitate": "imitate:Imitate",
+        "study": "study:RunStudy",
+        "compare": "compare:CompareExperiments",
+        "differences": "differences:Differences",
+        "share": "share:Share",
+        "verify": "verify:VerifyResults",
+        "tui": "gaitsim.cli.tui:tui",
+        "experiments": (
+            {
+                "list": "List the presets of all installed packages.",
+                "show": "Print an experiment as TOML with all its options, to edit and run.",
+            },
+            {"list": "experiments:ListExperiments", "show": "experiments:ShowExperiment"},
+        ),
+        "robots": (
+            {
+                "list": "List the installed robots and servos.",
+                "check": "Check whether a robot file can be used, and show its contents.",
+            },
+            {"list": "robots:ListRobots", "check": "robots:CheckRobot"},
+        ),
+        "plugins": (
+            {
+                "list": "List all plugins by kind, with their packages, without importing them.",
+                "show": "Show a plugin's options and, for a body, its channels and conditions.",
+                "check": "Check whether plugins fulfil the contract of their kind, and report what "
+                "to fix.",
+                "new": "Create a ready-to-run package for a new plugin in the folder NAME.",
+            },
+            {
+                "list": "plugins:ListPlugins",
+                "show": "plugins:ShowPlugin",
+                "check": "plugins:CheckPlugins",
+                "new": "plugins:NewPlugin",
+            },
+        ),
+    },
     extensible=True,
     name="gaitsim",
     rich_markup_mode="rich",

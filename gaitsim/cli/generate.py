@@ -57,15 +57,14 @@ def _parameter(
     name: str, field: FieldInfo, prefix: str = "", names: str = "", *, of_plugin: bool = False
 ) -> inspect.Parameter:
     """Return the parameter of an option; those of plugins are None unless they are given."""
-    default = None if of_plugin or field.is_required() else field.default
+    required = inspect.Parameter.empty
+    default = None if of_plugin else required if field.is_required() else field.default
     annotation, info = typed(name, field, prefix)
     if names:
         info.help = info.help.format(names).removesuffix(".")
     if of_plugin and field.default is not None and not isinstance(field.default, bool):
         shown = f"{field.default:g}" if isinstance(field.default, float) else field.default
         info.help += f" Default: {shown}."
-    if declared(field, "argument"):
-        default = inspect.Parameter.empty
     kind = inspect.Parameter.KEYWORD_ONLY
     return inspect.Parameter(name, kind, default=default, annotation=Annotated[annotation, info])
 
@@ -87,8 +86,11 @@ def typed(name: str, field: FieldInfo, prefix: str = "") -> tuple[Any, Any]:
     settings: dict[str, Any] = {"help": help, "metavar": declared(field, "placeholder") or None}
     if word := declared(field, "completion"):
         settings["autocompletion"] = getattr(completion, word)
+    if panel := declared(field, "panel"):
+        settings["rich_help_panel"] = panel
     if declared(field, "argument"):
-        return annotation, typer.Argument(**settings)
+        optional = not field.is_required() and field.default is None
+        return annotation | None if optional else annotation, typer.Argument(**settings)
     words = [flag(name, field)]
     if annotation is bool and field.default:
         words = [f"{words[0]}/--no-{words[0][2:]}"]

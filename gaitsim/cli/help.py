@@ -4,10 +4,9 @@ import gc
 import inspect
 import re
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar, get_args
@@ -31,6 +30,10 @@ PLACEHOLDERS = {
     "str": "TEXT",
 }
 """Placeholders of values in the help, by Typer's name of the type."""
+
+Places = Mapping[str, "str | tuple[Mapping[str, str], Places]"]
+"""Places of commands by name: the action as 'module:class', relative to `gaitsim.actions`; or, of a
+nested group, the lines and places of its commands."""
 
 _EXAMPLES = "[bold]Example"
 _UNUSED = ("rich.markdown", "rich.traceback")
@@ -85,18 +88,14 @@ class LazyGroup(TyperGroup):
     completion and suggestions. Commands of packages without a line here are imported for it.
 
     Attributes:
-        package: package of the commands. Its module `name` holds the function `name` (or
-            `name_`, if Python uses the name), or the Typer app `app` of a nested group.
         lines: one line of help by command name, equal to the start of the command's docstring.
-            A command without a module in the package is an entry point of a plugin package.
-        actions: commands that are generated from `ACTION` in the module of their name in
-            `gaitsim.actions`.
+        places: places of the commands. A command with a line but no place is an entry point of a
+            plugin package.
         extensible: whether other packages can add commands.
     """
 
-    package: ClassVar[str]
     lines: ClassVar[Mapping[str, str]]
-    actions: ClassVar[Collection[str]]
+    places: ClassVar[Places]
     extensible: ClassVar[bool]
 
     def __init__(self, *args: Any, **settings: Any) -> None:
@@ -130,25 +129,25 @@ class LazyGroup(TyperGroup):
         return super().get_command(ctx, cmd_name)
 
     def load(self, name: str) -> Any:
-        """Import a command, or generate it from the model of an action."""
-        if name in self.actions:
-            function = _generate(import_module(f"gaitsim.actions.{name}").ACTION)
-        elif self._is_own(name):
-            found = vars(import_module(f"{self.package}.{name}"))
-            if "app" in found:
-                return get_command(found["app"])
-            function = found.get(name) or found[f"{name}_"]
-        else:
+        """Generate a command from the model of its action; build a nested group."""
+        place = self.places.get(name)
+        if isinstance(place, tuple):
+            line = self.lines[name]
+            nested = group(*place, help=line, callback=_no_options, add_completion=False)
+            return get_command(nested)
+        if place is None:
             function = self._import_from_package(name)
-            function = _generate(function) if isinstance(function, type) else function
+        else:
+            module, _, attribute = place.partition(":")
+            prefix = "" if module.startswith("gaitsim") else "gaitsim.actions."
+            function = getattr(import_module(prefix + module), attribute)
+        if isinstance(function, type):
+            from gaitsim.cli.generate import command
+
+            function = command(function)
         app = typer.Typer(rich_markup_mode="rich", add_completion=False)
         app.command(name, cls=StyledCommand)(function)
         return get_command(app)
-
-    def _is_own(self, name: str) -> bool:
-        """Return whether a command is not an entry point."""
-        known = name in self.lines
-        return known and (name in self.actions or bool(find_spec(f"{self.package}.{name}")))
 
     def _add_commands_of_packages(self) -> None:
         """Add a stub for each command that packages add; its line is its error if it has one."""
@@ -161,7 +160,7 @@ class LazyGroup(TyperGroup):
         for name, claims in entries(COMMANDS).items():
             shown = [name]
             if name in self.lines:
-                shown = [_refused(name, claim.package) for claim in claims if self._is_own(name)]
+                shown = [_refused(name, one.package) for one in claims if name in self.places]
             for one in shown:
                 try:
                     doc = inspect.getdoc(self._import_from_package(one)) or ""
@@ -177,7 +176,7 @@ class LazyGroup(TyperGroup):
 
         for claims in entries(COMMANDS).values():
             for claim in claims:
-                if name == _refused(claim.name, claim.package) and self._is_own(claim.name):
+                if name == _refused(claim.name, claim.package) and claim.name in self.places:
                     raise PluginError(
                         f"{claim} cannot be used: gaitsim itself has a command of this name",
                         where=claim.target,
@@ -221,25 +220,17 @@ def _is_action(found: object) -> bool:
     return issubclass(found, Action)
 
 
-def _generate(action: Any) -> Any:
-    """Return the function of an action's command."""
-    from gaitsim.cli.generate import command
-
-    return command(action)
-
-
 def group(
-    package: str,
-    lines: Mapping[str, str],
-    actions: Collection[str] = (),
-    *,
-    extensible: bool = False,
-    **settings: Any,
+    lines: Mapping[str, str], places: Places, *, extensible: bool = False, **settings: Any
 ) -> typer.Typer:
-    """Return the Typer app for the commands of a package; see `LazyGroup`."""
-    values = {"package": package, "lines": lines, "actions": actions, "extensible": extensible}
+    """Return the Typer app for a group of commands; see `LazyGroup`."""
+    values = {"lines": lines, "places": places, "extensible": extensible}
     kind = type("Group", (LazyGroup,), values)
     return typer.Typer(cls=kind, no_args_is_help=True, **settings)
+
+
+def _no_options() -> None:
+    """Take the options of a nested group, which has none."""
 
 
 def import_rich_utils() -> None:

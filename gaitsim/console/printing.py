@@ -175,3 +175,16 @@ def _lines(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> list[str]:
             cells.append(f"{space}{cell}" if number else f"{cell}{space}")
         lines.append("  ".join(cells))
     return lines
+
+
+def print_facts(facts: Mapping[str, Mapping[str, str]]) -> None:
+    """Print facts about a body, by heading and name; long values wrap within their column."""
+    console = output()
+    for at, (heading, lines) in enumerate(facts.items()):
+        if at:
+            console.print()
+        console.print(heading, style="bold")
+        table = Table(box=None, pad_edge=False, show_header=False, padding=(0, 2, 0, 0))
+        for name, value in lines.items():
+            table.add_row(f"  {visible(name)}", *([visible(value)] if value else []))
+        console.print(table)

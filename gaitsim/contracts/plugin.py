@@ -20,6 +20,7 @@ def option(
     placeholder: str = "",
     flag: str = "",
     completion: str = "",
+    panel: str = "",
 ) -> Any:
     """Declare one option of a plugin or an action: its default, description, unit and bounds.
 
@@ -39,6 +40,7 @@ def option(
         placeholder: placeholder of the value in the help of commands, such as 'START:END'.
         flag: flag of the option on the command line; `''` for `--name`.
         completion: name of the function in `gaitsim.cli.completion` that completes the value.
+        panel: heading of the option in the help of its command; `''` for that of most options.
     """
     more = {
         "unset": unset,
@@ -46,6 +48,7 @@ def option(
         "placeholder": placeholder,
         "flag": flag,
         "completion": completion,
+        "panel": panel,
     }
     return Field(
         default,

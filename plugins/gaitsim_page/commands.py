@@ -6,10 +6,9 @@ from typing import Annotated
 
 import typer
 
+from gaitsim.actions.runs import check_root
 from gaitsim.choices import STEERING_PRESET
 from gaitsim.cli.completion import preset_names
-from gaitsim.cli.options import Set
-from gaitsim.cli.runs import check_root
 from gaitsim.cli.tui import check_terminal, run_app
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.interrupts import interruptible
@@ -76,7 +75,14 @@ def steer(
             "run, the best individual of its generation N, or a champion file; may be repeated.",
         ),
     ] = None,
-    set_: Set = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="KEY=VALUE",
+            help="Set an option of the experiment, such as mutation.rate=0.1; may be repeated.",
+        ),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gaitsim.cli.displays import Display
-from gaitsim.cli.evolving import _Follower
+from gaitsim.console.displays import Display
+from gaitsim.console.evolving import _Follower
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.live.watcher import RunWatcher

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gaitsim.cli.displays import STOPPING, Display, JsonLines, LiveView, PlainLines, row_of
+from gaitsim.console.displays import STOPPING, Display, JsonLines, LiveView, PlainLines, row_of
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import Islands

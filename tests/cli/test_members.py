@@ -34,7 +34,7 @@ def test_members_are_listed_in_the_order_of_the_first_objective(
     assert f"{len(front)} member" in shown
     assert f"{len(front)} member" in gaitsim("show", "puppet").stdout
     monkeypatch.setattr(
-        "gaitsim.cli.members._MOST_DRAWN", 0
+        "gaitsim.actions.members._MOST_DRAWN", 0
     )  # prints the table as for thousands of members
     assert gaitsim("members", "puppet").stdout.split() == shown.split()
     gaitsim("members", "puppet", "--out", "front.csv")

@@ -13,17 +13,17 @@ from typing import Any, Literal, NoReturn, Unpack
 
 import numpy as np
 
-from gaitsim.cli.displays import RESTING, Display, Row, display, row_of
-from gaitsim.cli.run_view import summarise
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.cluster import cluster, warn
 from gaitsim.console.codes import challenge_as_start, read_challenge
+from gaitsim.console.displays import RESTING, Display, Row, display, row_of
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, notice, output, print_json, status
+from gaitsim.console.run_view import summarise
 from gaitsim.console.streams import results
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor
-from gaitsim.experiment import Experiment, parse_assignments
+from gaitsim.experiment import Experiment
 from gaitsim.live.process import RunProcess, background_state, detach, send
 from gaitsim.live.protocol import RunCommand, Snapshot, snapshot_of
 from gaitsim.live.slots import slot_count
@@ -53,19 +53,6 @@ Place = Executor | Literal["background"] | None
 """The place where a run evolves: on a cluster, in the background, or in this process."""
 
 INTEGER_COLUMNS = ("generation", "stage", "evaluations")
-
-
-def command_line_options(
-    generations: int | None, population: int | None, seed: int | None, set_: Sequence[str] | None
-) -> dict[str, Any]:
-    """Return the experiment options given on the command line, by key."""
-    short = {
-        "evolution.generations": generations,
-        "evolution.population": population,
-        "seed": seed,
-    }
-    given = {key: value for key, value in short.items() if value is not None}
-    return {**given, **parse_assignments(set_ or ())}
 
 
 def starting_individual(experiment: Experiment, from_: str | Challenge | None) -> Champion | None:

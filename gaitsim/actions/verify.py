@@ -6,15 +6,21 @@ import math
 import os
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from gaitsim.actions.action import not_combinable, parse_generations
-from gaitsim.cli.options import Json, RunOrCode, Workers
+from gaitsim.actions.action import (
+    JSON,
+    RUN_OR_CODE,
+    WORKERS,
+    Action,
+    Generations,
+    argument,
+    not_combinable,
+)
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, print_json, status
 from gaitsim.console.progress_bar import Progress
+from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.folder import EXPERIMENT, find_run
 from gaitsim.sharing.code import PREFIX
@@ -29,21 +35,7 @@ DIFFERENT = 1  # exit code
 SHOWN = 5  # generations that differ, and parts of one
 
 
-def verify(
-    run: RunOrCode,
-    generations: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N,N,…",
-            help="Generations to reproduce. Default: ten, evenly spaced from first to last.",
-        ),
-    ] = None,
-    all_: Annotated[
-        bool, typer.Option("--all", help="Reproduce the whole run, up to the first difference.")
-    ] = False,
-    workers: Workers = None,
-    json: Json = False,
-) -> None:
+class VerifyResults(Action):
     """Reproduce generations of a run, or the score of a challenge code, bit for bit.
 
     Given a challenge code, the command plays the individual and compares its score with the score
@@ -69,42 +61,59 @@ def verify(
 
     gaitsim share spider | gaitsim verify -
     """
-    from gaitsim.console.codes import read_challenge
-    from gaitsim.runs.snapshot import RunSnapshot
-    from gaitsim.runs.verification import verify as verify_generations
 
-    if all_ and generations is not None:
-        raise not_combinable("--all", "--generations")
-    challenge = read_challenge(run)
-    if challenge is not None:
-        if all_ or generations is not None:
+    run: str = argument(RUN_OR_CODE, "RUN|CODE")
+    generations: Generations | None = option(
+        None,
+        "generations to reproduce",
+        unset="ten, evenly spaced from first to last",
+        placeholder="N,N,…",
+    )
+    all_: bool = option(False, "reproduce the whole run, up to the first difference", flag="--all")
+    workers: int | None = WORKERS
+    json_lines: bool = JSON
+
+    def do(self) -> None:
+        """Verify the code or the run, and print the verdict."""
+        from gaitsim.console.codes import read_challenge
+
+        if self.all_ and self.generations is not None:
+            raise not_combinable("--all", "--generations")
+        challenge = read_challenge(self.run)
+        if challenge is None:
+            self._verify_run()
+        elif self.all_ or self.generations is not None:
             raise GaitsimError(
                 "a challenge code has no generations",
                 where="--all, --generations",
                 remedy="omit both options",
             )
-        _verify_code(challenge, json)
-        return
-    if os.path.isfile(run):  # noqa: PTH113
-        raise GaitsimError(
-            f"the file {run} does not hold a challenge code",
-            allowed=f"a code that begins with {PREFIX}, or the name or folder of a run",
-        )
-    opened = RunSnapshot(find_run(run))
-    chosen = parse_generations(generations)
-    with interruptible(), Progress(opened.path.name, "generations") as progress:
-        verdict = verify_generations(
-            opened,
-            chosen or None,
-            everything=all_,
-            workers=workers,
-            begin=progress.expect,
-            advance=progress.advance,
-        )
-    show = _print_json if json else _print
-    show(str(opened.path), verdict)
-    if not verdict.identical:
-        sys.exit(DIFFERENT)
+        else:
+            _verify_code(challenge, self.json_lines)
+
+    def _verify_run(self) -> None:
+        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.runs.verification import verify
+
+        if os.path.isfile(self.run):  # noqa: PTH113
+            raise GaitsimError(
+                f"the file {self.run} does not hold a challenge code",
+                allowed=f"a code that begins with {PREFIX}, or the name or folder of a run",
+            )
+        run = RunSnapshot(find_run(self.run))
+        with interruptible(), Progress(run.path.name, "generations") as progress:
+            verdict = verify(
+                run,
+                self.generations or None,
+                everything=self.all_,
+                workers=self.workers,
+                begin=progress.expect,
+                advance=progress.advance,
+            )
+        show = _print_json if self.json_lines else _print
+        show(str(run.path), verdict)
+        if not verdict.identical:
+            sys.exit(DIFFERENT)
 
 
 def _verify_code(challenge: Challenge, json: bool) -> None:

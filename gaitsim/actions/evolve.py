@@ -1,0 +1,271 @@
+"""`gaitsim run`, `gaitsim atlas` and `gaitsim resume`."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import BeforeValidator
+
+from gaitsim.actions.action import (
+    DASK,
+    EXPERIMENT,
+    GENERATIONS,
+    JSON,
+    POPULATION,
+    RUN,
+    SET,
+    WORKERS,
+    Action,
+    argument,
+    parse_pairs,
+)
+from gaitsim.contracts.plugin import option
+from gaitsim.contracts.product import Names
+from gaitsim.errors import GaitsimError
+
+if TYPE_CHECKING:
+    from gaitsim.experiment import Experiment
+    from gaitsim.runs.files.checkpoint import Champion
+
+Axes = dict[str, tuple[float, float] | None]
+
+
+class Evolve(Action):
+    """Options of how a run evolves."""
+
+    set_: Names | None = SET
+    workers: int | None = WORKERS
+    dask: str | None = DASK
+    detach: bool = option(
+        False, "evolve in the background, until the run is finished or 'gaitsim stop' stops it"
+    )
+    json_lines: bool = JSON
+
+
+class EvolveNew(Evolve):
+    """Options of a new run."""
+
+    generations: int | None = GENERATIONS
+    population: int | None = POPULATION
+    seed: int | None = option(None, "seed of all random numbers")
+    from_: str | None = option(
+        None,
+        "start from a given individual: the first population consists of it and variations of it. "
+        "Give a champion file, a run (its champion), RUN@N (the best individual of generation N), "
+        "RUN#N (member N of its front or archive) or a challenge code",
+        flag="--from",
+        placeholder="FILE|RUN[@N|#N]|CODE",
+        completion="run_names",
+    )
+    out: Path | None = option(
+        None,
+        "folder of the run",
+        unset="a folder in runs/ named after the experiment",
+        placeholder="FOLDER",
+    )
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """The given options of the experiment, by key."""
+        from gaitsim.experiment import parse_assignments
+
+        short = {
+            "evolution.generations": self.generations,
+            "evolution.population": self.population,
+            "seed": self.seed,
+        }
+        given = {key: value for key, value in short.items() if value is not None}
+        return {**given, **parse_assignments(self.set_ or ())}
+
+    def evolve(self, experiment: Experiment, start: Champion | None) -> None:
+        """Create a run, and evolve it."""
+        from gaitsim.console.evolving import chosen_place, evolve_run
+        from gaitsim.runs.creation import create_run
+        from gaitsim.runs.snapshot import RunSnapshot
+
+        with chosen_place(self.dask, self.workers, detach=self.detach) as place:
+            run = RunSnapshot(create_run(experiment, self.out, start))
+            evolve_run(run, place, workers=self.workers, json=self.json_lines)
+
+
+class EvolveRun(EvolveNew):
+    """Evolve a gait, and save the run in a folder.
+
+    Ctrl-C stops after the current generation, saves the run, and prints how to continue it.
+
+    [bold]Examples[/bold]
+
+    gaitsim run spider
+
+    gaitsim run spider --seed 3 --generations 200
+
+    gaitsim run spider --set mutation.rate=0.1 --set fitness.yaw_weight=2
+
+    gaitsim run my-spider.toml --out runs/mine --json > log.jsonl
+
+    gaitsim run my_robot.urdf
+
+    gaitsim run spider --from runs/spider --set fitness.yaw_weight=4
+
+    gaitsim run spider --from spider@120
+
+    gaitsim run spider --from runs/spider/champions/generation-000012.pickle
+
+    gaitsim run --from gaitsim1-8gAAAGNl… --seed 4
+
+    gaitsim run spider --detach
+
+    gaitsim run walker --dask tcp://host:8786
+    """
+
+    experiment: str | None = argument(
+        EXPERIMENT,
+        "NAME|FILE",
+        None,
+        unset="with --from CODE, the experiment of the code",
+        completion="preset_names",
+    )
+
+    def do(self) -> None:
+        """Evolve the experiment, or that of a challenge code."""
+        from gaitsim.console.codes import read_challenge
+        from gaitsim.console.evolving import starting_individual
+        from gaitsim.experiment import load_experiment
+
+        given = self.given
+        challenge = read_challenge(self.from_) if self.from_ is not None else None
+        if self.experiment is not None:
+            loaded = load_experiment(self.experiment, given)
+        elif challenge is not None:
+            loaded = challenge.experiment_with(given)
+        else:
+            raise GaitsimError(
+                "no experiment is given",
+                where="NAME|FILE",
+                allowed="the name of a preset or a file; optional with --from CODE",
+                remedy="'gaitsim experiments list' lists the presets",
+            )
+        self.evolve(loaded, starting_individual(loaded, challenge or self.from_))
+
+
+def parse_axes(value: Any) -> Any:
+    """Return the ends of each axis of 'NAME=LOW:HIGH,…'; None for a name without ends."""
+    if not isinstance(value, str):
+        return value
+    allowed = "NAME=LOW:HIGH,… with LOW below HIGH, such as forward=0:2"
+    found: Axes = {}
+    for name, ends in parse_pairs(value, "--axes", allowed).items():
+        try:
+            low, high = (float(end) for end in ends.split(":")) if ends else (0.0, 1.0)
+            if not -math.inf < low < high < math.inf:
+                raise ValueError
+        except ValueError:
+            raise GaitsimError(
+                f"invalid range for the axis {name!r}: {ends!r}", where="--axes", allowed=allowed
+            ) from None
+        found[name] = (low, high) if ends else None
+    return found
+
+
+def parse_cells(value: Any) -> Any:
+    """Return the number of cells in '5000', or the counts per axis in '40x30'."""
+    if not isinstance(value, str):
+        return value
+    parts = value.lower().replace("×", "x").split("x")
+    if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
+        raise GaitsimError(
+            f"invalid number of cells: {value!r}",
+            where="--cells",
+            allowed="a number of Voronoi cells, such as 5000, or one count per axis of a grid, "
+            "such as 40x30",
+        )
+    return int(value) if len(parts) == 1 else tuple(map(int, parts))
+
+
+class EvolveAtlas(EvolveNew):
+    """Evolve an atlas of a body's gaits: the best gait for each way of using the legs.
+
+    An atlas is a run of the search map-elites. The command evolves the preset NAME-atlas if it
+    exists, and otherwise the given experiment with map-elites as its search.
+
+    [bold]Examples[/bold]
+
+    gaitsim atlas spider
+
+    gaitsim atlas my_robot.urdf --cells 5000
+
+    gaitsim atlas hexapod --axes 'duty factor,yaw=-90:90' --cells 30x30
+    """
+
+    body: str = argument(EXPERIMENT, "NAME|FILE", completion="preset_names")
+    axes: Annotated[Axes, BeforeValidator(parse_axes)] | None = option(
+        None,
+        "measures that distinguish gaits, each with its range; for duty factors (the share of the "
+        "time that a foot is on the ground), the range defaults to 0:1",
+        unset="the axes of the preset, or else the duty factor of each leg",
+        placeholder="NAME=LOW:HIGH,…",
+    )
+    cells: Annotated[int | tuple[int, ...], BeforeValidator(parse_cells)] | None = option(
+        None,
+        "number of Voronoi cells, such as 5000, or of cells along each axis of a grid, such as "
+        "40x30. Each cell keeps its best gait",
+        placeholder="N|NxN…",
+    )
+
+    def do(self) -> None:
+        """Evolve the atlas."""
+        from gaitsim.console.evolving import starting_individual
+        from gaitsim.console.printing import status
+        from gaitsim.experiment import load_atlas
+        from gaitsim.render.terminal.text import visible
+
+        given = self.given
+        with status(f"Reading {visible(self.body)} …"):
+            loaded = load_atlas(self.body, axes=self.axes, cells=self.cells, set=given)
+        self.evolve(loaded, starting_individual(loaded, self.from_))
+
+
+class Resume(Evolve):
+    """Continue a run exactly as if it had never stopped, optionally with changed options.
+
+    Changes made with --set start a new stage of the run at the next generation.
+
+    [bold]Examples[/bold]
+
+    gaitsim resume spider
+
+    gaitsim resume spider --generations 1500
+
+    gaitsim resume spider --set mutation.rate=0.01 --generations 2000
+
+    gaitsim resume spider --set fitness.plugin=spider-classic --generations 2500
+
+    gaitsim resume spider --detach
+    """
+
+    run: str = argument(RUN, "RUN")
+    generations: int | None = option(
+        None, "continue up to this generation", unset="the number originally planned"
+    )
+    any_version: bool = option(False, "continue even if a plugin's package has changed version")
+
+    def do(self) -> None:
+        """Evolve the run."""
+        from gaitsim.console.evolving import chosen_place, evolve_run
+        from gaitsim.experiment import parse_assignments
+        from gaitsim.runs.files.folder import find_run
+        from gaitsim.runs.snapshot import RunSnapshot
+
+        run, overrides = RunSnapshot(find_run(self.run)), parse_assignments(self.set_ or ())
+        with chosen_place(self.dask, self.workers, detach=self.detach) as place:
+            evolve_run(
+                run,
+                place,
+                workers=self.workers,
+                json=self.json_lines,
+                overrides=overrides,
+                generations=self.generations,
+                any_version=self.any_version,
+            )

@@ -1,0 +1,236 @@
+"""`gaitsim plugins`: `list`, `show`, `check` and `new`."""
+
+from __future__ import annotations
+
+import inspect
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from pydantic import ConfigDict
+from rich.text import Text
+
+from gaitsim.actions.action import JSON, Action, argument
+from gaitsim.console.printing import notice, output, print_facts, print_json, print_table
+from gaitsim.contracts.plugin import option
+from gaitsim.errors import PluginError, nearest
+from gaitsim.registry import KINDS, PRODUCTS, entries, find, load_class, unreadable
+
+if TYPE_CHECKING:
+    from gaitsim.testing import Report
+
+
+BROKEN = 1  # exit code if a plugin has errors
+
+
+class ListPlugins(Action):
+    """List all plugins by kind, with their packages, without importing them.
+
+    [bold]Example[/bold]
+
+    gaitsim plugins list
+    """
+
+    def do(self) -> None:
+        """Print the list."""
+        rows = []
+        for kind in (*KINDS, *PRODUCTS):
+            for name, claims in entries(kind).items():
+                packages = " and ".join(claim.source for claim in claims)
+                conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""
+                rows.append([kind, name, packages + conflict])
+        print_table(["kind", "name", "package"], rows)
+        for folder in unreadable():
+            notice(f"Warning: the entry points of {folder} cannot be read; reinstall its package.")
+
+
+class ShowPlugin(Action):
+    """Show a plugin's options and, for a body, its channels and conditions.
+
+    A channel is a named array of the body's motion, such as joint_angles. A condition is a property
+    of its world, such as friction; --world and --worlds change conditions.
+
+    [bold]Examples[/bold]
+
+    gaitsim plugins show spider-walk
+
+    gaitsim plugins show walker
+    """
+
+    name: str = argument(
+        "name of a plugin, such as 'spider-walk'", "NAME", completion="plugin_names"
+    )
+
+    def do(self) -> None:
+        """Describe the plugins of this name."""
+        name = self.name
+        names = {kind: entries(kind) for kind in (*KINDS, *PRODUCTS)}
+        kinds = [kind for kind in (*KINDS, *PRODUCTS) if name in names[kind]]
+        if not kinds:
+            known = sorted({known for kind in (*KINDS, *PRODUCTS) for known in names[kind]})
+            raise PluginError(
+                f"unknown plugin {name!r}", allowed=", ".join(known), remedy=nearest(name, known)
+            )
+        for kind in kinds:
+            _show(kind, name)
+
+
+def _show(kind: str, name: str) -> None:
+    from gaitsim.contracts import Organism
+    from gaitsim.evaluation.worlds import default_conditions
+    from gaitsim.registry import options
+
+    plugin = load_class(kind, name)
+    console = output()
+    console.print(Text.assemble((name, "bold"), f"  {kind} of {find(kind, name).source}"))
+    console.print(inspect.getdoc(plugin) or "")
+    if not plugin.model_fields:
+        console.print("\nIt has no options.")
+    else:
+        rows = [
+            (option, options.default(field), options.allowed(field), options.meaning(field))
+            for option, field in plugin.model_fields.items()
+        ]
+        console.print()
+        print_table(["option", "default", "allowed", "meaning"], rows)
+    if issubclass(plugin, Organism):
+        rows = [(name, one.shape, one.units, one.help) for name, one in plugin.channels.items()]
+        console.print()
+        print_table(["channel", "axes", "unit", "meaning"], rows)
+        if conditions := default_conditions(plugin):
+            console.print()
+            print_table(
+                ["condition", "nominal", "usual range", "unit", "meaning"],
+                [(name, *one.table_cells()) for name, one in conditions.items()],
+            )
+        if facts := plugin.library():
+            console.print()
+            print_facts(facts)
+
+
+class CheckPlugins(Action):
+    """Check whether plugins fulfil the contract of their kind, and report what to fix.
+
+    The exit code is 1 if a plugin has errors.
+
+    [bold]Examples[/bold]
+
+    gaitsim plugins check
+
+    gaitsim plugins check spider-walk
+
+    gaitsim plugins new hopper
+
+    gaitsim plugins check ./hopper --strict
+
+    gaitsim plugins check --json > findings.jsonl
+    """
+
+    model_config = ConfigDict(allow_inf_nan=True)  # the check itself explains its time limits
+
+    reference: str | None = argument(
+        "a plugin, a package, or the folder of a package, installed or not",
+        "NAME|FOLDER",
+        None,
+        unset="all installed plugins",
+        completion="plugin_names",
+    )
+    seconds: float = option(120.0, "time limit for each plugin", placeholder="SECONDS")
+    strict: bool = option(False, "exit with code 1 even if the check finds no errors, only advice")
+    json_lines: bool = JSON
+
+    def do(self) -> None:
+        """Check the plugins, and print a report on each."""
+        from gaitsim.console.interrupts import interruptible
+        from gaitsim.console.progress_bar import Progress
+        from gaitsim.testing import check_plugins
+        from gaitsim.testing.rules.packages import select_plugins
+
+        good = True
+        with (
+            interruptible(),
+            select_plugins(self.reference) as found,
+            Progress("checking", "plugins", len(found.entries)) as progress,
+        ):
+            for report in check_plugins(found, seconds=self.seconds):
+                if self.json_lines:
+                    print_json(report.to_json())
+                else:
+                    _print_report(report)
+                good &= report.ok and not (self.strict and report.findings)
+                progress.advance()
+        if not good:
+            sys.exit(BROKEN)
+
+
+def _print_report(report: Report) -> None:
+    console = output()
+    head = Text("✓ " if report.ok else "✗ ", "green" if report.ok else "red")
+    head.append(f"{report.entry.kind} {report.entry.name}", "bold")
+    head.append(f"  {report.entry.source}{_figures(report)}")
+    console.print(head)
+    for finding in report.findings:
+        style = "red" if finding.level == "error" else "yellow"
+        first, *rest = str(finding).split("\n")
+        console.print(f"  {first}", style=style)
+        for line in rest:
+            console.print(f"  {line}")
+
+
+def _figures(report: Report) -> str:
+    figures = report.figures
+    parts = []
+    if "import_seconds" in figures:
+        parts.append(f"imported in {figures['import_seconds']:.2f} s")
+    if "individuals_per_second" in figures:
+        rate = figures["individuals_per_second"]
+        parts.append((f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}") + " individuals/s")
+    return "  " + ", ".join(parts) if parts else ""
+
+
+class NewPlugin(Action):
+    """Create a ready-to-run package for a new plugin in the folder NAME.
+
+    [bold]Examples[/bold]
+
+    gaitsim plugins new hopper
+
+    gaitsim plugins new sprint --kind fitness
+
+    gaitsim plugins new my-board --kind exporter
+    """
+
+    name: str = argument("name of the plugin, such as 'hopper'", "NAME", completion="")
+    kind: str = option(
+        "organism",
+        "kind of plugin: organism, fitness, search, selection, crossover, mutation, plot or "
+        "exporter",
+        placeholder="KIND",
+    )
+
+    def do(self) -> None:
+        """Write the package, and print what to do with it."""
+        from gaitsim.scaffold import PREFIX, new_package
+
+        kind = self.kind
+        folder = new_package(self.name, kind, Path())
+        plugin = self.name.removeprefix(PREFIX)
+        source = folder / "src" / f"gaitsim_{plugin.replace('-', '_')}" / "__init__.py"
+        console = output()
+        console.print(f"{folder}: created a package for the {kind} {plugin!r}")
+        console.print("\nNext:")
+        trial = {
+            "organism": f"gaitsim run {plugin}",
+            "plot": f"gaitsim plot spider --kind {plugin}",
+            "exporter": f"gaitsim export spider --format {plugin}",
+        }.get(kind, f"gaitsim run spider --set {kind}.plugin={plugin}")
+        for command, what in (
+            (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "check its contract"),
+            (
+                f"pip install -e ./{shlex.quote(str(folder))}",
+                "install it; later edits need no reinstallation",
+            ),
+            (trial, f"try it; its code is in {source}"),
+        ):
+            console.print(f"  {command}  # {what}")

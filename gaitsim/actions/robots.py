@@ -1,0 +1,199 @@
+"""`gaitsim robots list` and `gaitsim robots check`."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gaitsim.actions.action import JSON, Action, argument, choose_format
+from gaitsim.console.printing import (
+    echo,
+    errors,
+    output,
+    print_facts,
+    print_json,
+    print_record,
+    report_files,
+    status,
+)
+from gaitsim.console.streams import machine_readable
+from gaitsim.contracts.plugin import option
+from gaitsim.contracts.product import Names
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.registry import FILES, entries, find, load_class, plugin_errors
+from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.runs.files.folder import command
+
+if TYPE_CHECKING:
+    from gaitsim.contracts import BodyFile, Facts, Skeleton
+    from gaitsim.experiment import Experiment
+
+
+UNUSABLE = 1  # exit code
+
+
+class ListRobots(Action):
+    """List the installed robots and servos.
+
+    [bold]Examples[/bold]
+
+    gaitsim robots list
+
+    gaitsim run robot --set organism.model=hexapod
+    """
+
+    json_lines: bool = JSON
+
+    def do(self) -> None:
+        """Print the robots and servos of each body that reads files."""
+        from gaitsim.contracts import Organism
+        from gaitsim.experiment.loading import readers
+
+        for body, formats in readers().items():
+            model, entry = load_class("organism", body), find("organism", body)
+            assert issubclass(model, Organism)
+            with plugin_errors(entry, "listing its robots and servos"):
+                facts = model.library()
+            if self.json_lines:
+                print_json({"body": body, "formats": formats, **facts})
+                continue
+            print_facts(facts)
+            listed = ", ".join(f".{suffix}" for suffix in formats)
+            output().print(f"\nFile types that the body {body} reads: {listed}", style="dim")
+
+
+class CheckRobot(Action):
+    """Check whether a robot file can be used, and show its contents.
+
+    The command shows the robot's mass, joints, legs (and which side each is on), feet, servos and
+    standing pose, and what gaitsim corrected in the file's contents. The file itself does not
+    change. The exit code is 1 if the robot cannot be used.
+
+    [bold]Examples[/bold]
+
+    gaitsim robots check my_robot.urdf
+
+    gaitsim robots check my_robot.urdf --picture my_robot.png
+
+    gaitsim robots check my_robot.urdf --root ../meshes --model-out robot.xml
+    """
+
+    file: Path = argument("robot file, such as URDF or MJCF", "FILE", completion="")
+    root: Names | None = option(
+        None,
+        "additional folder from which meshes and ROS packages (package://) may be read",
+        placeholder="FOLDER",
+    )
+    picture: Path | None = option(
+        None, "draw the robot in its standing pose to this file", placeholder="FILE.png"
+    )
+    model_out: Path | None = option(
+        None, "write the robot, as it is simulated, to one file that needs no mesh files"
+    )
+    json_lines: bool = JSON
+
+    def do(self) -> None:
+        """Read and describe the robot; write the files."""
+        from gaitsim.experiment.loading import read_body, reader_of
+        from gaitsim.gait.gait_files import check_folder
+        from gaitsim.render.film import write_still
+
+        file, picture, model_out = self.file, self.picture, self.model_out
+        roots = [Path(folder) for folder in self.root or ()]
+        reader_of(file)
+        for folder in roots:
+            if not folder.is_dir():
+                raise GaitsimError(f"folder not found: {folder}", where="--root")
+        if picture is not None:
+            choose_format(None, picture, ("png",), "png", "pictures")
+            check_folder(picture)
+        if model_out is not None:
+            _check_model_out(model_out)
+        try:
+            with status(f"Reading {file} …"):
+                found, experiment = read_body(file, roots)
+                facts = _describe(experiment)
+                skeleton = None if picture is None else _standing_skeleton(experiment)
+        except GaitsimError as caught:
+            problems = caught.problems if isinstance(caught, ExperimentError) else ()
+            error = problems[0] if len(problems) == 1 else caught
+            if self.json_lines:
+                print_json({"file": str(file), "usable": False, "problem": error.to_dict()})
+            elif machine_readable():
+                print_record("error", **error.to_dict())
+            else:
+                errors().print(f"{file} cannot be used: {error}", style="red")
+            sys.exit(UNUSABLE)
+        written = []
+        if model_out is not None:
+            write_bytes(model_out, found.text.encode())
+            written.append(model_out)
+        if picture is not None and skeleton is not None:
+            write_still(skeleton, picture, found.name, str(file))
+            written.append(picture)
+        report_files(*written)
+        if self.json_lines:
+            print_json(
+                {
+                    "file": str(file),
+                    "usable": True,
+                    "name": found.name,
+                    "facts": facts,
+                    "repairs": list(found.repairs),
+                    "files": list(map(str, written)),
+                }
+            )
+            return
+        _print(file, found, facts)
+        for path in written:
+            echo(path)
+        echo(f"\nEvolve a gait: {command('run', file if model_out is None else model_out)}")
+
+
+def _check_model_out(path: Path) -> None:
+    """Check that the robot can be written to a new file whose extension gaitsim reads."""
+    from gaitsim.experiment.loading import is_body_file
+    from gaitsim.gait.gait_files import check_folder
+
+    if not is_body_file(str(path)):
+        raise GaitsimError(
+            f"{path} does not have the extension of a robot file",
+            where="--model-out",
+            allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
+        )
+    if os.path.lexists(path):
+        raise GaitsimError(
+            f"{path} already exists",
+            where="--model-out",
+            remedy="choose a different name, or delete the file first",
+        )
+    check_folder(path)
+
+
+def _describe(experiment: Experiment) -> Facts:
+    with plugin_errors(experiment.entries["organism"], "describing itself"):
+        return experiment.organism.describe()
+
+
+def _standing_skeleton(experiment: Experiment) -> Skeleton:
+    """Return the skeleton for the central genome, whose motion starts in the standing pose."""
+    import numpy as np
+
+    from gaitsim.contracts import RealSpace
+    from gaitsim.individual import Individual
+
+    space = experiment.space()
+    middle = (
+        (space.lower + space.upper) / 2
+        if isinstance(space, RealSpace)
+        else space.random(1, np.random.default_rng(0))[0]
+    )
+    return Individual(experiment, 0.0, {}, genome=middle).skeleton
+
+
+def _print(file: Path, found: BodyFile, facts: Facts) -> None:
+    echo(f"{file}: {found.name}\n")
+    repaired = dict.fromkeys(found.repairs, "") or {"nothing": ""}
+    print_facts({**facts, "Repaired": repaired})
