@@ -27,9 +27,11 @@ RESERVED = (
 
 
 def _split(value: Any) -> Any:
-    """Return the comma-separated names in a string; names may contain spaces."""
+    """Return the names in a comma-separated string, or in a list of names and paths."""
     if isinstance(value, str | int | float):
         return tuple(name for part in str(value).split(",") if (name := part.strip()))
+    if isinstance(value, list | tuple):
+        return tuple(str(one) if isinstance(one, Path) else one for one in value)
     return value
 
 
