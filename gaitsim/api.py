@@ -3,9 +3,10 @@
 `import gaitsim as gs` provides all of it. The command line calls the same functions.
 """
 
+import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +17,7 @@ from gaitsim.adaptation.report import AdaptationReport, make_report
 from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
-from gaitsim.contracts import GenomeSpace
+from gaitsim.contracts import GenomeSpace, Plot, Subject
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
@@ -26,10 +27,10 @@ from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import with_world
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
-from gaitsim.individual import Individual, Member
+from gaitsim.individual import Individual, Member, Which
 from gaitsim.live.process import detach, stop
 from gaitsim.registry.python_plugins import python_options
-from gaitsim.render.notebook import RunViews, picture, view
+from gaitsim.render.notebook import enable_notebook_display, page_exporter, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.creation import create_run
@@ -37,8 +38,12 @@ from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.growing import overview
 from gaitsim.runs.manage import read_note, rename_run, write_note
 from gaitsim.runs.overview import State
+from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 __all__ = ["Individual", "Member", "Run", "RunningSearch", "evolve", "load", "picture", "view"]
 
@@ -206,12 +211,20 @@ class RunningSearch(ReprMixin, Iterator[Generation]):
         }
 
 
-class Run(RunViews, ReprMixin):
+class Run(ReprMixin):
     """A run on disk. Its attributes are re-read at each access, as it may still be evolving.
 
     Attributes:
         path: folder of the run.
     """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    @property
+    def snapshot(self) -> RunSnapshot:
+        """The current state of the run; each of its files is read at most once."""
+        return RunSnapshot(self.path)
 
     @property
     def experiment(self) -> Experiment:
@@ -533,6 +546,106 @@ class Run(RunViews, ReprMixin):
             settings=settings,
             workers=workers,
         )
+
+    def plot(
+        self,
+        kind: str = "fitness",
+        *,
+        generations: Sequence[Which] = (),
+        dark: bool = False,
+        **options: Any,
+    ) -> "Figure":
+        """Return a plot, like the command `gaitsim plot`.
+
+        Args:
+            kind: a kind listed by `gaitsim plot --help`, such as 'fitness' or 'footfall'.
+            generations: generations whose best individuals to draw, or members such as
+                `gs.Member(3)`; () for the champion.
+            dark: whether the background is dark.
+            **options: options of the kind, such as `channel`, `components` (a sequence of names),
+                `window` (start and end in seconds), `beside` (names or folders of other runs) and
+                `axes` (two axes of an archive); `gaitsim plugins show KIND` lists them.
+
+        Returns:
+            The figure, which notebooks show and `savefig` writes.
+
+        Raises:
+            GaitsimError: the kind or an option is unknown, or the run or its body lacks the data.
+        """
+        from gaitsim.registry.loading import load_product
+        from gaitsim.render.plots.style import THEMES
+
+        plot = load_product("plot", kind, options | ({"theme": "dark"} if dark else {}))
+        assert isinstance(plot, Plot)
+        run = self.snapshot
+        individuals: tuple[Individual, ...] = ()
+        if plot.input != "run":
+            individuals = tuple(run.individual(one) for one in generations or (None,))
+        return enable_notebook_display(plot.draw(Subject(run, individuals)), THEMES[plot.theme])
+
+    def video(
+        self,
+        path: str | Path,
+        *,
+        generations: Sequence[Which] = (),
+        view: str = "iso",
+        size: tuple[int, int] | None = None,
+        fps: float | None = None,
+        speed: float | None = None,
+        dark: bool = False,
+        intro: bool = True,
+    ) -> Path:
+        """Write an MP4 or GIF, depending on the file's extension, like `gaitsim video`.
+
+        Args:
+            path: path of the file.
+            generations: generations whose best individuals to show, or members such as
+                `gs.Member(3)`; several run a race. () shows the champion.
+            view: 'iso', 'side', 'top' or 'orbit'.
+            size: width and height, pixels.
+            fps: frames per second.
+            speed: speed of the motion, where 1 is real time. None chooses real time, or slow motion
+                for movements too fast for the frame rate, such as a wing beat.
+            dark: whether the background is dark.
+            intro: whether the video begins with the fitness curve.
+
+        Returns:
+            The path of the file.
+
+        Raises:
+            GaitsimError: an argument is invalid, or the file cannot be written.
+        """
+        from gaitsim.render.film import RenderSettings
+        from gaitsim.render.video import Video
+
+        path = Path(path)
+        theme = "dark" if dark else "light"
+        settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
+        video = Video(self.snapshot, generations, settings)
+        if video.warning:
+            warnings.warn(video.warning, stacklevel=2)
+        video.write(path)
+        return path
+
+    def page(self, path: str | Path, *, generations: Sequence[Which] = ()) -> Path:
+        """Write a page that plays champions in any browser, like `gaitsim export --format html`.
+
+        Args:
+            path: path of the file.
+            generations: generations whose best individuals to show, or members such as
+                `gs.Member(3)`; several are shown side by side. () shows the champion.
+
+        Returns:
+            The path of the file.
+
+        Raises:
+            GaitsimError: too many gaits are given, the body cannot be drawn, or the file cannot be
+                written.
+        """
+        path, run = Path(path), self.snapshot
+        individuals = tuple(run.individual(one) for one in generations or (None,))
+        page_exporter().write(Subject(run, individuals), path)
+        return path
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self.snapshot.checkpoint

@@ -20,7 +20,6 @@ from gaitsim.imitation.imitator import Angles, Imitation, save_imitator
 from gaitsim.imitation.learning import SETTINGS, TrainingSettings, learn
 from gaitsim.individual import Individual, Member
 from gaitsim.render.film import Film, RenderSettings
-from gaitsim.render.notebook import RunViews
 from gaitsim.render.plots.imitation import errors_figure
 from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import Clip, clip_of
@@ -215,7 +214,7 @@ def _differing(played: Angles, commanded: Angles) -> int:
 
 
 def imitate(
-    source: str | Path | RunViews | Individual,
+    source: Any,
     settings: TrainingPreset | TrainingSettings = "source",
     *,
     body: str | Path | None = None,
@@ -262,7 +261,7 @@ def imitate(
             )
         expert = expert_of(source)
     else:
-        path = source.path if isinstance(source, RunViews) else source
+        path = source if isinstance(source, str | Path) else source.path
         expert = find_expert(str(path), None if body is None else str(body), which)
     return imitate_expert(expert, replace(settings, **changes))
 

@@ -1,15 +1,11 @@
-"""Pictures, plots and videos of individuals and runs, for Python and notebooks."""
+"""Pictures, pages and figures of individuals, for Python and notebooks."""
 
-import warnings
-from collections.abc import Sequence
 from html import escape
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from gaitsim.contracts import Exporter, Plot, Subject
+from gaitsim.contracts import Exporter, Subject
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim.individual import Individual, Which
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.individual import Individual
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -90,10 +86,10 @@ def view(*individuals: Individual, height: int = 560) -> View:
         raise GaitsimError(
             "view() was called without an individual", allowed="one or more individuals"
         )
-    return View(_page_exporter().embedded(Subject(None, individuals)), height)
+    return View(page_exporter().embedded(Subject(None, individuals)), height)
 
 
-def _page_exporter() -> Exporter:
+def page_exporter() -> Exporter:
     from gaitsim.registry.loading import load_product
 
     exporter = load_product("exporter", "html", {})
@@ -108,115 +104,3 @@ def enable_notebook_display(figure: "Figure", theme: "Theme") -> "Figure":
     # Notebooks show pyplot's figures by default, but pyplot keeps each figure until it is closed.
     figure._repr_png_ = lambda: picture(figure, "png", theme, DOTS_PER_INCH)  # type: ignore[attr-defined]
     return figure
-
-
-class RunViews:
-    """A run on disk, with methods that plot, film and display it."""
-
-    def __init__(self, path: Path) -> None:
-        self.path = path
-
-    @property
-    def snapshot(self) -> RunSnapshot:
-        """The current state of the run; each of its files is read at most once."""
-        return RunSnapshot(self.path)
-
-    def plot(
-        self,
-        kind: str = "fitness",
-        *,
-        generations: Sequence[Which] = (),
-        dark: bool = False,
-        **options: Any,
-    ) -> "Figure":
-        """Return a plot, like the command `gaitsim plot`.
-
-        Args:
-            kind: a kind listed by `gaitsim plot --help`, such as 'fitness' or 'footfall'.
-            generations: generations whose best individuals to draw, or members such as
-                `gs.Member(3)`; () for the champion.
-            dark: whether the background is dark.
-            **options: options of the kind, such as `channel`, `components` (a sequence of names),
-                `window` (start and end in seconds), `beside` (names or folders of other runs) and
-                `axes` (two axes of an archive); `gaitsim plugins show KIND` lists them.
-
-        Returns:
-            The figure, which notebooks show and `savefig` writes.
-
-        Raises:
-            GaitsimError: the kind or an option is unknown, or the run or its body lacks the data.
-        """
-        from gaitsim.registry.loading import load_product
-        from gaitsim.render.plots.style import THEMES
-
-        plot = load_product("plot", kind, options | ({"theme": "dark"} if dark else {}))
-        assert isinstance(plot, Plot)
-        run = self.snapshot
-        individuals: tuple[Individual, ...] = ()
-        if plot.input != "run":
-            individuals = tuple(run.individual(one) for one in generations or (None,))
-        return enable_notebook_display(plot.draw(Subject(run, individuals)), THEMES[plot.theme])
-
-    def video(
-        self,
-        path: str | Path,
-        *,
-        generations: Sequence[Which] = (),
-        view: str = "iso",
-        size: tuple[int, int] | None = None,
-        fps: float | None = None,
-        speed: float | None = None,
-        dark: bool = False,
-        intro: bool = True,
-    ) -> Path:
-        """Write an MP4 or GIF, depending on the file's extension, like `gaitsim video`.
-
-        Args:
-            path: path of the file.
-            generations: generations whose best individuals to show, or members such as
-                `gs.Member(3)`; several run a race. () shows the champion.
-            view: 'iso', 'side', 'top' or 'orbit'.
-            size: width and height, pixels.
-            fps: frames per second.
-            speed: speed of the motion, where 1 is real time. None chooses real time, or slow motion
-                for movements too fast for the frame rate, such as a wing beat.
-            dark: whether the background is dark.
-            intro: whether the video begins with the fitness curve.
-
-        Returns:
-            The path of the file.
-
-        Raises:
-            GaitsimError: an argument is invalid, or the file cannot be written.
-        """
-        from gaitsim.render.film import RenderSettings
-        from gaitsim.render.video import Video
-
-        path = Path(path)
-        theme = "dark" if dark else "light"
-        settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
-        video = Video(self.snapshot, generations, settings)
-        if video.warning:
-            warnings.warn(video.warning, stacklevel=2)
-        video.write(path)
-        return path
-
-    def page(self, path: str | Path, *, generations: Sequence[Which] = ()) -> Path:
-        """Write a page that plays champions in any browser, like `gaitsim export --format html`.
-
-        Args:
-            path: path of the file.
-            generations: generations whose best individuals to show, or members such as
-                `gs.Member(3)`; several are shown side by side. () shows the champion.
-
-        Returns:
-            The path of the file.
-
-        Raises:
-            GaitsimError: too many gaits are given, the body cannot be drawn, or the file cannot be
-                written.
-        """
-        path, run = Path(path), self.snapshot
-        individuals = tuple(run.individual(one) for one in generations or (None,))
-        _page_exporter().write(Subject(run, individuals), path)
-        return path
