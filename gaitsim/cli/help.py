@@ -9,7 +9,7 @@ from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
-from typing import Any, ClassVar, get_args
+from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
 import typer
 from typer.core import TyperCommand, TyperGroup
@@ -17,6 +17,9 @@ from typer.main import get_command
 
 from gaitsim.console import streams
 from gaitsim.errors import GaitsimError, PluginError, nearest
+
+if TYPE_CHECKING:
+    from gaitsim.registry import Entry
 
 SCREENS = ("tui", "serve")
 """Commands whose standard output is a screen or the log of a server."""
@@ -149,39 +152,42 @@ class LazyGroup(TyperGroup):
         app.command(name, cls=StyledCommand)(function)
         return get_command(app)
 
+    def _refused(self) -> "dict[str, Entry]":
+        """Return packages' commands with names of gaitsim's own, by their name in the help."""
+        from gaitsim.registry import COMMANDS, entries
+
+        claims = [claim for name, found in entries(COMMANDS).items() for claim in found]
+        return {f"{one.name} ({one.package})": one for one in claims if one.name in self.places}
+
     def _add_commands_of_packages(self) -> None:
         """Add a stub for each command that packages add; its line is its error if it has one."""
         from rich.markup import escape
 
-        from gaitsim.registry.entry_points import COMMANDS, entries
+        from gaitsim.registry import COMMANDS, entries
 
-        if not self.extensible or len(self.commands) > len(self.lines):
+        if not self.extensible:
             return
-        for name, claims in entries(COMMANDS).items():
-            shown = [name]
-            if name in self.lines:
-                shown = [_refused(name, one.package) for one in claims if name in self.places]
-            for one in shown:
-                try:
-                    doc = inspect.getdoc(self._import_from_package(one)) or ""
-                    line = " ".join(doc.partition("\n\n")[0].split())
-                except GaitsimError as error:
-                    line = error.what
-                self.commands[one] = TyperCommand(one, help=escape(line))
+        for name in (*entries(COMMANDS), *self._refused()):
+            if name in self.commands:
+                continue
+            try:
+                doc = inspect.getdoc(self._import_from_package(name)) or ""
+                line = " ".join(doc.partition("\n\n")[0].split())
+            except GaitsimError as error:
+                line = error.what
+            self.commands[name] = TyperCommand(name, help=escape(line))
 
     def _import_from_package(self, name: str) -> Any:
         """Return the function or action of a command that is an entry point."""
-        from gaitsim.registry.entry_points import COMMANDS, entries, find
+        from gaitsim.registry import COMMANDS, find
         from gaitsim.registry.loading import load_object
 
-        for claims in entries(COMMANDS).values():
-            for claim in claims:
-                if name == _refused(claim.name, claim.package) and claim.name in self.places:
-                    raise PluginError(
-                        f"{claim} cannot be used: gaitsim itself has a command of this name",
-                        where=claim.target,
-                        remedy=f"ask the author of {claim.package} to choose another name",
-                    )
+        if refused := self._refused().get(name):
+            raise PluginError(
+                f"{refused} cannot be used: gaitsim itself has a command of this name",
+                where=refused.target,
+                remedy=f"ask the author of {refused.package} to choose another name",
+            )
         entry = find(COMMANDS, name)
         found = load_object(entry)
         if not (inspect.isfunction(found) or _is_action(found)):
@@ -204,11 +210,6 @@ def _packages_add_commands() -> bool:
             if not file.parent.name.startswith("gaitsim-")
         )
     return True
-
-
-def _refused(name: str, package: str) -> str:
-    """Return the name in the help for a package's command whose name is taken."""
-    return f"{name} ({package})"
 
 
 def _is_action(found: object) -> bool:
