@@ -4,89 +4,52 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from gaitsim.actions.export import export as export
-    from gaitsim.api import Run as Run
-    from gaitsim.api import RunningSearch as RunningSearch
-    from gaitsim.api import evolve as evolve
-    from gaitsim.api import load as load
-    from gaitsim.api import picture as picture
-    from gaitsim.api import view as view
-    from gaitsim.comparing import Comparison as Comparison
-    from gaitsim.comparing import compare as compare
-    from gaitsim.contracts import BitSpace as BitSpace
-    from gaitsim.contracts import Fitness as Fitness
-    from gaitsim.contracts import Motion as Motion
-    from gaitsim.contracts import Organism as Organism
-    from gaitsim.contracts import RealSpace as RealSpace
+    from gaitsim.api import (
+        Run as Run,
+        RunningSearch as RunningSearch,
+        evolve as evolve,
+        load as load,
+        picture as picture,
+        view as view,
+    )
+    from gaitsim.comparing import Comparison as Comparison, compare as compare
+    from gaitsim.contracts import (
+        BitSpace as BitSpace,
+        Fitness as Fitness,
+        Motion as Motion,
+        Organism as Organism,
+        RealSpace as RealSpace,
+    )
     from gaitsim.errors import GaitsimError as GaitsimError
     from gaitsim.evaluating import evaluate as evaluate
     from gaitsim.evaluation import Evaluation as Evaluation
     from gaitsim.evolution import Generation as Generation
-    from gaitsim.experiment import Experiment as Experiment
-    from gaitsim.experiment import load_atlas as load_atlas
-    from gaitsim.experiment import load_experiment as load_experiment
+    from gaitsim.experiment import (
+        Experiment as Experiment,
+        load_atlas as load_atlas,
+        load_experiment as load_experiment,
+    )
     from gaitsim.imitation.imitating import imitate as imitate
-    from gaitsim.individual import Individual as Individual
-    from gaitsim.individual import Member as Member
-    from gaitsim.sharing.challenge import Challenge as Challenge
-    from gaitsim.sharing.challenge import verify_code as verify_code
+    from gaitsim.individual import Individual as Individual, Member as Member
+    from gaitsim.sharing.challenge import Challenge as Challenge, verify_code as verify_code
 
 # Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
-_MODULES = {
-    "BitSpace": "gaitsim.contracts",
-    "Challenge": "gaitsim.sharing.challenge",
-    "Comparison": "gaitsim.comparing",
-    "Evaluation": "gaitsim.evaluation",
-    "Experiment": "gaitsim.experiment",
-    "Fitness": "gaitsim.contracts",
-    "GaitsimError": "gaitsim.errors",
-    "Generation": "gaitsim.evolution",
-    "Individual": "gaitsim.individual",
-    "Member": "gaitsim.individual",
-    "Motion": "gaitsim.contracts",
-    "Organism": "gaitsim.contracts",
-    "RealSpace": "gaitsim.contracts",
-    "Run": "gaitsim.api",
-    "RunningSearch": "gaitsim.api",
-    "compare": "gaitsim.comparing",
-    "evaluate": "gaitsim.evaluating",
-    "evolve": "gaitsim.api",
-    "export": "gaitsim.actions.export",
-    "imitate": "gaitsim.imitation.imitating",
-    "load": "gaitsim.api",
-    "load_atlas": "gaitsim.experiment",
-    "load_experiment": "gaitsim.experiment",
-    "picture": "gaitsim.api",
-    "verify_code": "gaitsim.sharing.challenge",
-    "view": "gaitsim.api",
+_NAMES = {
+    "gaitsim.actions.export": "export",
+    "gaitsim.api": "Run RunningSearch evolve load picture view",
+    "gaitsim.comparing": "Comparison compare",
+    "gaitsim.contracts": "BitSpace Fitness Motion Organism RealSpace",
+    "gaitsim.errors": "GaitsimError",
+    "gaitsim.evaluating": "evaluate",
+    "gaitsim.evaluation": "Evaluation",
+    "gaitsim.evolution": "Generation",
+    "gaitsim.experiment": "Experiment load_atlas load_experiment",
+    "gaitsim.imitation.imitating": "imitate",
+    "gaitsim.individual": "Individual Member",
+    "gaitsim.sharing.challenge": "Challenge verify_code",
 }
-__all__ = [
-    "BitSpace",
-    "Challenge",
-    "Comparison",
-    "Evaluation",
-    "Experiment",
-    "Fitness",
-    "GaitsimError",
-    "Generation",
-    "Individual",
-    "Member",
-    "Motion",
-    "Organism",
-    "RealSpace",
-    "Run",
-    "RunningSearch",
-    "compare",
-    "evaluate",
-    "evolve",
-    "export",
-    "imitate",
-    "load",
-    "load_atlas",
-    "load_experiment",
-    "picture",
-    "verify_code",
-    "view",
-]
+_MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
+__all__ = [*_MODULES]  # noqa: PLE0604 - names, which a linter cannot see
 
 
 def __getattr__(name: str) -> Any:

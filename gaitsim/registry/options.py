@@ -13,8 +13,7 @@ from pydantic_core import to_jsonable_python
 from gaitsim.contracts.product import RESERVED, TWO
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.registry.entry_points import PRODUCTS
-from gaitsim.toml import brief, is_long, literal, parse
-from gaitsim.toml import text as toml_text
+from gaitsim.toml import brief, is_long, literal, parse, text as toml_text
 
 T = TypeVar("T", bound=BaseModel)
 NOT_SET = "none"

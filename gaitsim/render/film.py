@@ -122,8 +122,7 @@ def figure_picture(draw: "Draw", size: tuple[int, int], theme: str) -> Picture:
 
     from matplotlib.image import imread
 
-    from gaitsim.render.plots.style import THEMES as PLOT_THEMES
-    from gaitsim.render.plots.style import picture
+    from gaitsim.render.plots.style import THEMES as PLOT_THEMES, picture
 
     width, height = size
     edge = round(MARGIN * min(width, height))

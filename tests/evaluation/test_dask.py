@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 from waiting import until
 
-from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evaluation import dask as cluster
+from gaitsim.evaluation import Evaluator, dask as cluster, evaluate
 from gaitsim.evaluation.chunking import PROCESS_OVERHEAD, Scheduler
 from gaitsim.evaluation.dask import DaskExecutor
 from gaitsim.evolution import first_population

@@ -7,8 +7,7 @@ import pytest
 from in_turn import InTurn
 
 from gaitsim.errors import GaitsimError, PluginError
-from gaitsim.evaluation import Evaluator, evaluate
-from gaitsim.evaluation import evaluator as module
+from gaitsim.evaluation import Evaluator, evaluate, evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
 from gaitsim.evaluation.executors import Executor, WorkerLostError
 from gaitsim.evolution import first_population

@@ -3,8 +3,7 @@ import sys
 import numpy as np
 import pytest
 from breeding import breed, initial_population
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from scipy.stats import binomtest
 
 from gaitsim.contracts import RealSpace

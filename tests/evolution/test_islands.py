@@ -6,8 +6,7 @@ from functools import partial
 import numpy as np
 import pytest
 from breeding import breed
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate

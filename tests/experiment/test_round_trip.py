@@ -7,8 +7,7 @@ from contextlib import suppress
 from typing import Literal, get_args, get_origin
 
 import pytest
-from hypothesis import HealthCheck, assume, given, settings
-from hypothesis import strategies as st
+from hypothesis import HealthCheck, assume, given, settings, strategies as st
 from pydantic import ValidationError
 
 from gaitsim import registry

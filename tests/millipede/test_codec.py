@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 from bit_strings import encoded
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from gaitsim_millipede.codec import CODECS
 

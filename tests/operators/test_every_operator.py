@@ -4,8 +4,7 @@ from importlib.metadata import EntryPoint, distribution
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from gaitsim.contracts import BitSpace, Crossover, GenomeSpace, Mutation, RealSpace, Selection
 from gaitsim.errors import PluginError

@@ -7,8 +7,7 @@ from functools import cache
 import mujoco
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 from small_robots import FACING_Y, HEXAPOD, HUMANOID, QUADRUPED
 
 from gaitsim.encoding import genome_space

@@ -17,8 +17,7 @@ from gaitsim.runs.files.records import RECORD, SIZE, genomes_checksum, scores_ch
 from gaitsim.runs.provenance import read_provenance, write_provenance
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import restore_generation
-from gaitsim.runs.verification import sample
-from gaitsim.runs.verification import verify as verify_snapshot
+from gaitsim.runs.verification import sample, verify as verify_snapshot
 
 LAST = 12
 

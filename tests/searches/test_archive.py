@@ -2,8 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 from gaitsim_searches.archive import Archive, Candidates, Tessellation, even_centroids
 from gaitsim_searches.emitters import SoftThresholds, improvement, with_soft_thresholds

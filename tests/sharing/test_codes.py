@@ -9,8 +9,7 @@ from importlib.resources import files
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from hypothesis import given, settings, strategies as st
 
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
