@@ -140,7 +140,7 @@ class Adapt(Action):
 
     @property
     def place(self) -> Place:
-        """Where the trials take place."""
+        """The place of the trials."""
         return "physics" if self.physics else "simulation" if self.damage else "robot"
 
     @property
