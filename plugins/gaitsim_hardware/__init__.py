@@ -50,7 +50,7 @@ class Rosbag2(JointExporter):
 
     def check(self, individual: "Individual") -> None:
         """Check that the body has joint angles, and that the package rosbags is installed."""
-        from gaitsim_hardware.rosbag import check_installed
+        from gaitsim_hardware.ros import check_installed
 
         super().check(individual)
         check_installed()

@@ -10,13 +10,16 @@ from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim_hardware.arduino import FLASH, Sketch, create_sketch, sketch_name, write_sketch
 from gaitsim_hardware.calibration import Calibration, default_calibration
-from gaitsim_hardware.calibration_file import read_calibration
-from gaitsim_hardware.keyframes import Keyframes, keyframes_of
-from gaitsim_hardware.loop import Loop, find_loop
-from gaitsim_hardware.rosbag import write_bag
-from gaitsim_hardware.tables import write_degrees, write_ticks
-from gaitsim_hardware.template import write_template
-from gaitsim_hardware.trajectory import MAX_ARGUMENT, trajectory_of, write_goal
+from gaitsim_hardware.calibration_file import read_calibration, write_template
+from gaitsim_hardware.keyframes import (
+    Keyframes,
+    Loop,
+    find_loop,
+    keyframes_of,
+    write_degrees,
+    write_ticks,
+)
+from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_bag, write_goal
 
 
 def export_trajectory(

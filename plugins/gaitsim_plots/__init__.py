@@ -98,14 +98,14 @@ class TermsPlot(RunPlot):
     """The terms of the score over the generations, of the best individual and of the mean."""
 
     title: ClassVar[str] = "Terms of the score"
-    function: ClassVar[str] = "gaitsim_plots.terms:terms_figure"
+    function: ClassVar[str] = "gaitsim_plots.curves:terms_figure"
 
 
 class DiversityPlot(RunPlot):
     """The diversity of the genomes and of the scores over the generations."""
 
     title: ClassVar[str] = "Diversity"
-    function: ClassVar[str] = "gaitsim_plots.diversity:diversity_figure"
+    function: ClassVar[str] = "gaitsim_plots.curves:diversity_figure"
 
 
 class GenomePlot(RunPlot):
@@ -132,8 +132,8 @@ class SearchPlot(RunPlot):
     """The quantities that the search records, such as coverage."""
 
     title: ClassVar[str] = "Progress of the search"
-    function: ClassVar[str] = "gaitsim_plots.search:search_figure"
-    needs: ClassVar[str] = "gaitsim_plots.search:require_figures"
+    function: ClassVar[str] = "gaitsim_plots.curves:search_figure"
+    needs: ClassVar[str] = "gaitsim_plots.curves:require_figures"
 
 
 class FrontPlot(KeptPlot):
@@ -167,14 +167,14 @@ class GaitsPlot(KeptPlot):
     """The best gait of each pattern in an archive."""
 
     title: ClassVar[str] = "Best gait per pattern"
-    function: ClassVar[str] = "gaitsim_plots.gaits:gaits_figure"
-    needs: ClassVar[str] = "gaitsim_plots.gaits:require_gaits"
+    function: ClassVar[str] = "gaitsim_plots.feet:gaits_figure"
+    needs: ClassVar[str] = "gaitsim_plots.feet:require_gaits"
     items: ClassVar[str] = "members"
 
     def call(self, data: Any, subject: Subject) -> "Figure":
         """Call the function with the functions that report its progress."""
         from gaitsim.render.plots.style import THEMES
-        from gaitsim_plots.gaits import gaits_figure
+        from gaitsim_plots.feet import gaits_figure
 
         return gaits_figure(data, THEMES[self.theme], subject.begin, subject.advance)
 
@@ -221,8 +221,8 @@ class FootfallPlot(WindowedPlot):
     """When each foot is on the ground."""
 
     title: ClassVar[str] = "Footfalls"
-    function: ClassVar[str] = "gaitsim_plots.footfall:footfall_figure"
-    needs: ClassVar[str] = "gaitsim_plots.footfall:contacts_of"
+    function: ClassVar[str] = "gaitsim_plots.feet:footfall_figure"
+    needs: ClassVar[str] = "gaitsim_plots.feet:contacts_of"
 
 
 class PhasePlot(MotionPlot):
@@ -255,5 +255,5 @@ class StabilityPlot(WindowedPlot):
     """The static stability margin over time."""
 
     title: ClassVar[str] = "Stability margin"
-    function: ClassVar[str] = "gaitsim_plots.stability:stability_figure"
-    needs: ClassVar[str] = "gaitsim_plots.footfall:contacts_of"
+    function: ClassVar[str] = "gaitsim_plots.feet:stability_figure"
+    needs: ClassVar[str] = "gaitsim_plots.feet:contacts_of"

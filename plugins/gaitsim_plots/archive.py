@@ -5,6 +5,7 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.individual import Member
@@ -13,12 +14,12 @@ from gaitsim.render.plots.data import require_archive
 from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim_plots.voronoi import polygons
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Normalize
     from matplotlib.figure import Figure
+
 
 _MAX_SEPARATE = 4  # maximum number of axes with separate panels; more axes give a matrix of panels
 _MAX_AXES = 10  # maximum number of axes, which have 45 panels
@@ -205,3 +206,28 @@ def _mark_best(
             zorder=order,
             label=named,
         )
+
+
+def polygons(centres: NDArray[np.float64], ends: NDArray[np.float64]) -> list[NDArray[np.float64]]:
+    """Return the cell of each centre, clipped to a rectangle.
+
+    Distances are relative to the sides of the rectangle. Mirroring the centres at the four sides
+    makes the sides borders of cells.
+
+    Args:
+        centres: centres of the cells, inside the rectangle, (cells, 2).
+        ends: low and high end of both axes, (2, 2).
+
+    Returns:
+        The corners of each cell in order, (corners, 2) each.
+    """
+    from scipy.spatial import Voronoi
+
+    low, width = ends[:, 0], ends[:, 1] - ends[:, 0]
+    shares = (centres - low) / width
+    x, y = shares.T
+    mirrored = [(-x, y), (2 - x, y), (x, -y), (x, 2 - y)]
+    points = np.concatenate([shares, *(np.stack(image, 1) for image in mirrored)])
+    found = Voronoi(points)
+    corners = low + np.clip(found.vertices, 0, 1) * width
+    return [corners[found.regions[region]] for region in found.point_region[: len(centres)]]

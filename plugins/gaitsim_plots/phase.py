@@ -10,7 +10,7 @@ from gaitsim.gait.feet import Stride
 from gaitsim.individual import Individual
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim_plots.footfall import contacts_of
+from gaitsim_plots.feet import contacts_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -9,7 +9,7 @@ from gaitsim.gait import analyse_gait, analyse_individual
 from gaitsim.gait.report import _SI, quantities
 from gaitsim.gait.to_dict import gait_to_dict
 from gaitsim.render.plots.style import LIGHT
-from gaitsim_plots.stability import stability_figure
+from gaitsim_plots.feet import stability_figure
 
 BODIES = ["spider", "walker", "millipede", "fly"]
 PLACES = {"slip ratio": ("slip", "ratio"), "least margin": ("stability", "least")}

@@ -12,8 +12,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim_hardware.arduino import create_sketch, sketch_name, write_sketch
 from gaitsim_hardware.calibration import Calibration, Joint
-from gaitsim_hardware.keyframes import keyframes_of
-from gaitsim_hardware.loop import find_loop
+from gaitsim_hardware.keyframes import find_loop, keyframes_of
 
 STUBS = Path(__file__).parent / "stubs"
 COMPILER = shutil.which("g++") or shutil.which("clang++")

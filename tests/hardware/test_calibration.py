@@ -9,10 +9,8 @@ import pytest
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim_hardware.calibration import default_calibration
-from gaitsim_hardware.calibration_file import read_calibration
-from gaitsim_hardware.keyframes import keyframes_of
-from gaitsim_hardware.tables import write_ticks
-from gaitsim_hardware.template import format_template, write_template
+from gaitsim_hardware.calibration_file import format_template, read_calibration, write_template
+from gaitsim_hardware.keyframes import keyframes_of, write_ticks
 
 NAMES = ("L1 coxa", 'a "quoted" \\ joint', "knie µ")
 REST = np.array([0.0, 0.5, -1.0])

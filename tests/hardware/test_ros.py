@@ -9,7 +9,7 @@ import yaml
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
-from gaitsim_hardware.trajectory import trajectory_of, write_goal
+from gaitsim_hardware.ros import trajectory_of, write_goal
 
 NAMES = ("hip: [1]", 'knee "left"', "# foot")
 REST = np.array([0.1, 0.0, -0.4])
@@ -103,7 +103,7 @@ class Cdr:
 
 def test_the_bag_reads_back_as_the_gait(gait, tmp_path):
     pytest.importorskip("rosbags")
-    from gaitsim_hardware.rosbag import write_bag
+    from gaitsim_hardware.ros import write_bag
 
     path, trajectory = tmp_path / "walk", trajectory_of(gait)
     write_bag(trajectory, path)
@@ -141,7 +141,7 @@ def test_a_bag_reads_back_with_the_ros_types(gait, tmp_path):
     reading = pytest.importorskip("rosbags.highlevel")
     from rosbags.typesys import Stores, get_typestore
 
-    from gaitsim_hardware.rosbag import write_bag
+    from gaitsim_hardware.ros import write_bag
 
     write_bag(trajectory_of(gait), tmp_path / "walk")
     store = get_typestore(Stores.ROS2_HUMBLE)
@@ -159,7 +159,7 @@ def test_a_bag_reads_back_with_the_ros_types(gait, tmp_path):
 
 def test_a_folder_that_is_not_a_bag_is_not_replaced(gait, tmp_path):
     pytest.importorskip("rosbags")
-    from gaitsim_hardware.rosbag import write_bag
+    from gaitsim_hardware.ros import write_bag
 
     (tmp_path / "mine").mkdir()
     (tmp_path / "mine" / "notes.txt").write_text("mine")

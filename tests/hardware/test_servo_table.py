@@ -9,8 +9,7 @@ from hypothesis import given, strategies as st
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim_hardware.calibration import uniform_calibration
-from gaitsim_hardware.keyframes import keyframes_of
-from gaitsim_hardware.tables import write_degrees
+from gaitsim_hardware.keyframes import keyframes_of, write_degrees
 
 HALF_TURN = (0, -90, 90)
 

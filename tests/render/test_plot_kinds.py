@@ -27,10 +27,10 @@ from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.runs.files.history import terms_of
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.study.comparison import Sample, analyse
+from gaitsim_plots.archive import polygons
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
-from gaitsim_plots.voronoi import polygons
 
 SPACE = ("x", "y", "z")
 

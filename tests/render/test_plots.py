@@ -9,7 +9,7 @@ from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.style import LIGHT, save
 from gaitsim.runs.creation import create_run
 from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim_plots.terms import terms_figure
+from gaitsim_plots.curves import terms_figure
 
 
 def plot_fitness(run, path):

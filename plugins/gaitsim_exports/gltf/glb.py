@@ -14,19 +14,20 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gaitsim.contracts import Terrain
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.meshes import Mesh, mesh_of, polyhedron, rod, slab
 from gaitsim.render.scene.camera import Points
 from gaitsim.render.scene.clip import Clip, clip_of
+from gaitsim.render.scene.ground import steps
 from gaitsim.render.scene.pixels import TINT
 from gaitsim.render.scene.themes import THEMES, mix, rgb
 from gaitsim.runs.files.atomic import write_bytes
 from gaitsim_exports.gltf.document import STILL, Document
-from gaitsim_exports.gltf.ground import ground
-from gaitsim_exports.gltf.rotations import rigid_rotations, rotations_from_z, without_sign_flips
 
 CENTRE = "centre"
 """Name of the node that moves along the body's path."""
@@ -203,3 +204,108 @@ def _common_words(names: list[str]) -> str:
     words = [name.split() for name in names]
     same = takewhile(lambda column: len({*column}) == 1, zip(*words, strict=False))
     return " ".join(column[0] for column in same)
+
+
+TILES = 40  # maximum number of tiles along the longer side
+
+
+def ground(clip: Clip) -> tuple[Mesh, NDArray[np.intp]]:
+    """Return the ground, with a margin of one body length around the path.
+
+    Uneven ground includes its own corners, and extends its edges horizontally beyond them.
+
+    Returns:
+        A mesh of the tiles of one shade, and the triangles of the other shade.
+    """
+    path, span = np.asarray(clip.skeleton.path, dtype=np.float64)[:, :2], clip.anatomy.span
+    low, high = path.min(axis=0) - span, path.max(axis=0) + span
+    step = steps(float((high - low).max()) / TILES)[0]
+    # Additional lines would split the triangles of a terrain.
+    tiled = not isinstance(clip.skeleton.ground, Terrain)
+    x, y = (
+        _lines(low[axis], high[axis], step if tiled else np.inf, clip.corners[axis])
+        for axis in (0, 1)
+    )
+    points = clip.on_ground(np.stack([*np.meshgrid(x, y), np.zeros((len(y), len(x)))], axis=-1))
+    if clip.skeleton.ground is None:
+        points[..., 2] = clip.floor
+    first = (np.arange(len(y) - 1)[:, None] * len(x) + np.arange(len(x) - 1)).ravel()
+    across, beside = first + len(x) + 1, first + 1
+    pairs = np.stack([first, beside, across, first, across, first + len(x)], axis=1)
+    corner, opposite = points.reshape(-1, 3)[first], points.reshape(-1, 3)[across]
+    tile = np.floor((corner + opposite)[:, :2] / 2 / step).astype(np.intp)
+    dark = tile.sum(axis=1) % 2 == 1
+    light, other = (pairs[one].reshape(-1, 3) for one in (~dark, dark))
+    return Mesh(points.reshape(-1, 3), light), other
+
+
+def _lines(low: float, high: float, step: float, corners: Points) -> Points:
+    """Return the positions of tile edges and corners of the ground along an axis, m."""
+    inside = corners[(low < corners) & (corners < high)]
+    edges = np.empty(0)
+    if np.isfinite(step):
+        edges = step * np.arange(np.ceil(low / step), np.floor(high / step) + 1)
+    lines = np.unique(np.concatenate([[low, high], edges, inside]))
+    # Edges that differ only by rounding would enclose empty tiles.
+    return np.asarray(lines[np.concatenate([[True], np.diff(lines) > 1e-9 * (high - low)])])
+
+
+def without_sign_flips(quaternions: Points) -> Points:
+    """Return quaternions (frames, …, 4) whose signs do not flip between frames."""
+    turns = np.where((quaternions[1:] * quaternions[:-1]).sum(axis=-1) < 0, -1.0, 1.0)
+    signs = np.concatenate([np.ones_like(quaternions[:1, ..., 0]), np.cumprod(turns, axis=0)])
+    return np.asarray(quaternions * signs[..., None])
+
+
+def rotations_from_z(directions: Points) -> Points:
+    """Return the rotations that align the z axis with directions, without twist between frames.
+
+    Args:
+        directions: unit vectors (frames, rods, 3); a rod of zero length, without a direction,
+            keeps its rotation.
+
+    Returns:
+        The rotations, (frames, rods, 4).
+    """
+    from scipy.spatial.transform import Rotation
+
+    axis = np.array([0.0, 0.0, 1.0])
+    turn = Rotation.identity(directions.shape[1])
+    found = np.empty((*directions.shape[:2], 4))
+    for frame, wanted in enumerate(directions):
+        turn = Rotation.from_quat(_arc(turn.apply(axis), wanted)) * turn
+        found[frame] = turn.as_quat()
+    return without_sign_flips(found)
+
+
+def _arc(one: Points, other: Points) -> Points:
+    """Return the shortest rotations (…, 4) from unit vectors (…, 3) to others."""
+    cosine = (one * other).sum(axis=-1, keepdims=True)
+    arc = np.concatenate([np.cross(one, other), 1 + cosine], axis=-1)
+    # Opposite vectors need half a turn about a perpendicular axis.
+    nearest = np.eye(3)[np.abs(one).argmin(axis=-1)]
+    half = np.concatenate([np.cross(one, nearest), np.zeros_like(cosine)], axis=-1)
+    return np.where(np.linalg.norm(arc, axis=-1, keepdims=True) < 1e-6, half, arc)
+
+
+def rigid_rotations(places: Points) -> Points | None:
+    """Return the rotations of points about the origin since the first frame (Kabsch 1976).
+
+    Args:
+        places: positions of the points, (frames, points, 3) m.
+
+    Returns:
+        The rotations, (frames, 4); None if the points are not rigid, or all on one line.
+    """
+    from scipy.spatial.transform import Rotation
+
+    first = places[0]
+    left, sizes, right = np.linalg.svd(np.einsum("fpi,pj->fij", places, first))
+    if (sizes[:, 1] <= 1e-6 * sizes[:, 0]).any():
+        return None
+    left[..., 2] *= np.linalg.det(left @ right)[:, None]
+    matrices = left @ right
+    away = np.einsum("fij,pj->fpi", matrices, first) - places
+    if np.abs(away).max() > 1e-4 * np.abs(first).max():
+        return None
+    return without_sign_flips(Rotation.from_matrix(matrices).as_quat())
