@@ -18,7 +18,7 @@ from gaitsim.console.printing import echo, notice, output, report_files
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.files.folder import command, exports_folder, find_run
+from gaitsim.runs.files.folder import command, exports_folder
 
 if TYPE_CHECKING:
     from gaitsim.adaptation.adaptation import Adaptation, Place
@@ -159,7 +159,7 @@ class Adapt(Action):
         value = None if self.measured is None else _number(self.measured)
         if self.figure is not None:
             check_target(self.figure)
-        run = RunSnapshot(find_run(self.atlas))
+        run = RunSnapshot.find(self.atlas)
         damage = normalise_damage(self.damage or ())
         if self.report is not None or self.pairs:
             self._report(run)

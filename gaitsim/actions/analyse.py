@@ -108,13 +108,12 @@ class Analyse(OneIndividual):
                 compare_with_twin,
                 world_results,
             )
-            from gaitsim.runs.files.folder import find_run
             from gaitsim.runs.snapshot import RunSnapshot
 
             if self.figure is not None:
                 check_target(self.figure)
             check_worlds(self.worlds, self.world_seed)
-            opened = RunSnapshot(find_run(self.run))
+            opened = RunSnapshot.find(self.run)
             individual = self._individual(opened)
             history = opened.history
             found = analyse_individual(individual)

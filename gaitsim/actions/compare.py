@@ -134,16 +134,7 @@ class CompareExperiments(Action):
 
         check_worlds(self.worlds, self.world_seed)
         if self.worlds is not None:
-            unused = {
-                "--evaluations": self.evaluations,
-                "--targets": self.targets,
-                "--generations": self.generations,
-                "--population": self.population,
-                "--set": self.set_,
-                "--dask": self.dask,
-                "--out": self.out,
-            }
-            _rank_runs(self, self.worlds, unused)
+            _rank_runs(self, self.worlds)
             return
         aims, budget, loaded = self.load()
         if problem := warning(loaded.values()):
@@ -258,17 +249,15 @@ def _print(folder: Path, findings: Findings, again: str) -> None:
     console.print(f"Repeat: {again}", soft_wrap=True)
 
 
-def _rank_runs(action: CompareExperiments, number: int, unused: Mapping[str, object]) -> None:
-    """Evaluate the champions of runs in the same unseen worlds, and print their ranking.
-
-    Options in `unused` do not apply; a value that was given is an error.
-    """
+def _rank_runs(action: CompareExperiments, number: int) -> None:
+    """Evaluate the champions of runs in the same unseen worlds, and print their ranking."""
     from gaitsim.console.printing import print_json
     from gaitsim.console.unseen import evaluate_with_progress
     from gaitsim.runs.files.folder import find_run
     from gaitsim.study.in_worlds import rank_in_worlds
 
-    if given := [name for name, value in unused.items() if value]:
+    evolving = "evaluations", "targets", "generations", "population", "set_", "dask", "out"
+    if given := action.flags_of(*evolving):
         raise GaitsimError(
             f"--worlds ranks existing runs, and cannot be combined with {' and '.join(given)}",
             allowed="--world-seed, --workers and --json",

@@ -255,10 +255,9 @@ class Resume(Evolve):
         """Evolve the run."""
         from gaitsim.console.evolving import chosen_place, evolve_run
         from gaitsim.experiment import parse_assignments
-        from gaitsim.runs.files.folder import find_run
         from gaitsim.runs.snapshot import RunSnapshot
 
-        run, overrides = RunSnapshot(find_run(self.run)), parse_assignments(self.set_ or ())
+        run, overrides = RunSnapshot.find(self.run), parse_assignments(self.set_ or ())
         with chosen_place(self.dask, self.workers, detach=self.detach) as place:
             evolve_run(
                 run,

@@ -65,7 +65,7 @@ class Export(Action):
         from gaitsim.console.printing import echo, notice, report_files, status
         from gaitsim.console.progress_bar import Progress
         from gaitsim.gait.gait_files import check_folder
-        from gaitsim.runs.files.folder import exports_folder, find_run
+        from gaitsim.runs.files.folder import exports_folder
         from gaitsim.runs.snapshot import RunSnapshot
 
         with status("Reading the run …"):
@@ -83,7 +83,7 @@ class Export(Action):
                 check_folder(out)
             if out is not None and exporter.other_file:
                 raise not_combinable("--out", "--calibration-template")
-            run = RunSnapshot(find_run(self.run))
+            run = RunSnapshot.find(self.run)
         progress = Progress(name, exporter.items)
         subject = Subject(run, (), progress.expect, progress.advance)
         if exporter.input != "run":

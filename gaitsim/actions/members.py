@@ -15,7 +15,7 @@ from gaitsim.contracts.product import Pair
 from gaitsim.errors import GaitsimError, RunError, unknown
 from gaitsim.render.terminal.text import number
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import command, find_run
+from gaitsim.runs.files.folder import command
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Members
@@ -81,7 +81,7 @@ class ListMembers(Action):
         from gaitsim.runs.snapshot import RunSnapshot
 
         self._check()
-        run = RunSnapshot(find_run(self.run))
+        run = RunSnapshot.find(self.run)
         found = _members(run)
         if self.show_map:
             _print_map(run, found, self.axes)

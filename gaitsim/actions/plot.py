@@ -67,7 +67,6 @@ class MakePlot(Action):
     def do(self) -> None:
         """Draw one plot, or every kind that applies."""
         from gaitsim.console.printing import status
-        from gaitsim.runs.files.folder import find_run
         from gaitsim.runs.snapshot import RunSnapshot
 
         with status("Reading the run …"):
@@ -75,7 +74,7 @@ class MakePlot(Action):
                 chosen, kinds = read_all("plot", self.options)
             else:
                 chosen, kind = read_product("plot", self.kind, self.options)
-            run = RunSnapshot(find_run(self.run))
+            run = RunSnapshot.find(self.run)
         if self.kind == ALL:
             self._plot_all(run, chosen, kinds)
         else:

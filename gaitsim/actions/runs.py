@@ -160,7 +160,7 @@ class ShowRun(OneRun):
         from gaitsim.console.run_view import print_run, print_run_as_json
         from gaitsim.runs.snapshot import RunSnapshot
 
-        run = RunSnapshot(find_run(self.run))
+        run = RunSnapshot.find(self.run)
         if run.warning:
             notice(f"Warning: {run.warning}")
         if not self.fingerprint:

@@ -30,11 +30,10 @@ class Share(ChosenIndividual):
     def do(self) -> None:
         """Print the code."""
         from gaitsim.console.printing import echo, notice
-        from gaitsim.runs.files.folder import find_run
         from gaitsim.runs.snapshot import RunSnapshot
         from gaitsim.sharing.challenge import code_of
 
-        individual = RunSnapshot(find_run(self.run)).individual(self.choice)
+        individual = RunSnapshot.find(self.run).individual(self.choice)
         code = code_of(individual)
         echo(code)
         size = f"{len(code):,} characters"

@@ -22,7 +22,7 @@ from gaitsim.console.printing import echo, print_json, status
 from gaitsim.console.progress_bar import Progress
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.files.folder import EXPERIMENT, find_run
+from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.sharing.code import PREFIX
 from gaitsim.toml import literal
 
@@ -100,7 +100,7 @@ class VerifyResults(Action):
                 f"the file {self.run} does not hold a challenge code",
                 allowed=f"a code that begins with {PREFIX}, or the name or folder of a run",
             )
-        run = RunSnapshot(find_run(self.run))
+        run = RunSnapshot.find(self.run)
         with interruptible(), Progress(run.path.name, "generations") as progress:
             verdict = verify(
                 run,

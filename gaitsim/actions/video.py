@@ -87,7 +87,7 @@ class MakeVideo(SeveralIndividuals):
                 from gaitsim.render.encoder import format_speed
                 from gaitsim.render.film import FORMATS, RenderSettings
                 from gaitsim.render.video import Video
-                from gaitsim.runs.files.folder import exports_folder, find_run
+                from gaitsim.runs.files.folder import exports_folder
                 from gaitsim.runs.snapshot import RunSnapshot
 
                 chosen = choose_format(self.format, self.out, FORMATS, "mp4", "videos")
@@ -97,7 +97,7 @@ class MakeVideo(SeveralIndividuals):
                 individuals = self.choices()
                 if self.out is not None:
                     check_folder(self.out)
-                opened = RunSnapshot(find_run(self.run))
+                opened = RunSnapshot.find(self.run)
                 film = Video(opened, individuals, settings, self.changed)
             if film.warning:
                 notice(f"Warning: {film.warning}")

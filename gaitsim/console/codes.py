@@ -10,7 +10,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Choice, Individual
 from gaitsim.opening import read_regular
 from gaitsim.runs.files.checkpoint import Champion
-from gaitsim.runs.files.folder import RUNS, find_run, holds_run
+from gaitsim.runs.files.folder import RUNS, holds_run
 from gaitsim.runs.provenance import current_versions
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import Challenge, verify_challenge
@@ -39,7 +39,7 @@ def read_individual(reference: str, choice: Choice) -> Individual:
     """Return the individual of a challenge code, or the requested one of a run."""
     challenge = read_challenge(reference)
     if challenge is None:
-        return RunSnapshot(find_run(reference)).individual(choice)
+        return RunSnapshot.find(reference).individual(choice)
     if choice is not None:
         raise GaitsimError(
             "a challenge code holds only one individual",

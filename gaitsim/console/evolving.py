@@ -37,7 +37,7 @@ from gaitsim.runs.background import (
 from gaitsim.runs.compatibility import check_start
 from gaitsim.runs.creation import find_individual
 from gaitsim.runs.files.checkpoint import Champion
-from gaitsim.runs.files.folder import RUNS, command, find_run
+from gaitsim.runs.files.folder import RUNS, command
 from gaitsim.runs.files.history import row
 from gaitsim.runs.growing import Rows
 from gaitsim.runs.resume import ResumeOptions
@@ -212,7 +212,7 @@ def find_evolving(reference: str) -> RunSnapshot:
         if background_state(path):
             return RunSnapshot(path)
     try:
-        return RunSnapshot(find_run(reference))
+        return RunSnapshot.find(reference)
     except RunError:
         failures = [failure for path in places if (failure := last_failure(path))]
         if failures:

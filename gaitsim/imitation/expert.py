@@ -16,7 +16,7 @@ from gaitsim.gait.gait_files import SUFFIXES, Gait, GaitFile, fit_to_body, gait_
 from gaitsim.individual import Choice, Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.render.plots.labels import heading_of_run
-from gaitsim.runs.files.folder import EXPORTS, exports_folder, find_run, holds_run
+from gaitsim.runs.files.folder import EXPORTS, exports_folder, holds_run
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.toml import literal, shortened
 
@@ -84,7 +84,7 @@ def find_expert(reference: str, body: str | None = None, which: Choice = None) -
         which: individual of the run; None for the champion.
     """
     if not is_gait_file(reference):
-        run = RunSnapshot(find_run(reference))
+        run = RunSnapshot.find(reference)
         if body is not None:
             raise GaitsimError(
                 f"{reference} is a run, which defines its own body",

@@ -83,7 +83,7 @@ def find_individual(reference: str) -> Champion:
 
 def _find_snapshot(run: str) -> RunSnapshot:
     try:
-        return RunSnapshot(find_run(run))
+        return RunSnapshot.find(run)
     except RunError as error:
         error.where = error.where or "--from"
         error.remedy = f"give {ALLOWED}"

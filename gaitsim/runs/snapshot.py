@@ -44,6 +44,7 @@ from gaitsim.runs.files.folder import (
     PREVIOUS,
     START,
     command,
+    find_run,
     truncation_error,
     unfinished_error,
 )
@@ -91,6 +92,11 @@ class RunSnapshot:
 
     path: Path
     keep_damaged: bool = False
+
+    @classmethod
+    def find(cls, reference: str) -> "RunSnapshot":
+        """Return the run with a name in `runs/`, or in a folder."""
+        return cls(find_run(reference))
 
     def reopened(self) -> "RunSnapshot":
         """Return the current state of the run."""
