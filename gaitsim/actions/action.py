@@ -107,6 +107,13 @@ WORLD_SEED: int | None = option(None, "seed for drawing the worlds of --worlds",
 JSON: bool = option(False, "print one JSON object per line, for scripts", flag="--json")
 
 
+class OneRun(Action):
+    """An action on a run."""
+
+    run: str = argument(RUN, "RUN")
+    json_lines: bool = JSON
+
+
 def parse_generations(value: Any) -> Any:
     """Return the generations in a string such as '1,50', in order."""
     if not isinstance(value, str | int):

@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import JSON, RUN, Action, argument
+from gaitsim.actions.action import JSON, Action, OneRun, argument
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.printing import echo, notice, print_json, status
 from gaitsim.contracts.plugin import option
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gaitsim.runs.snapshot import RunSnapshot
 
 
-class Attach(Action):
+class Attach(OneRun):
     """Watch a run that is evolving in the background or in another program.
 
     Ctrl-C stops watching; the run continues.
@@ -31,9 +31,6 @@ class Attach(Action):
 
     gaitsim attach night --json > log.jsonl
     """
-
-    run: str = argument(RUN, "RUN")
-    json_lines: bool = JSON
 
     def do(self) -> None:
         """Show the run until it ends, and print how it ended."""

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gaitsim.actions.action import JSON, RUN, WORKERS, Action, argument
+from gaitsim.actions.action import WORKERS, OneRun
 from gaitsim.console.printing import echo, output, print_json, print_table, report_files
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Pair
@@ -29,7 +29,7 @@ WIDEST, HIGHEST = 80, 36  # characters, at most, in a terminal
 PIPED = 80, 30  # characters, if the output is not a terminal
 
 
-class ListMembers(Action):
+class ListMembers(OneRun):
     """List the members of a run's front or archive.
 
     The search nsga-2 keeps a front: the individuals that no other individual beats in every
@@ -57,7 +57,6 @@ class ListMembers(Action):
     gaitsim run spider --from spider-front#3
     """
 
-    run: str = argument(RUN, "RUN")
     out: Path | None = option(
         None, "write a CSV file instead of printing a table", placeholder="FILE.csv"
     )
@@ -74,7 +73,6 @@ class ListMembers(Action):
         unset="the first two axes of the archive",
         placeholder="NAME NAME",
     )
-    json_lines: bool = JSON
 
     def do(self) -> None:
         """Print or write the table, or print the map."""

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from gaitsim.actions.action import JSON, RUN, SET, Action, argument
+from gaitsim.actions.action import JSON, SET, Action, OneRun, argument
 from gaitsim.console.printing import confirm, echo, notice, output, print_json, print_table
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
@@ -127,13 +127,6 @@ def _row(run: Overview) -> dict[str, Any]:
         "failure": run.failure.what if run.failure else None,
         "outside": [name for name in run.plugins.values() if is_outside(name)],
     }
-
-
-class OneRun(Action):
-    """An action on a run."""
-
-    run: str = argument(RUN, "RUN")
-    json_lines: bool = JSON
 
 
 class ShowRun(OneRun):
