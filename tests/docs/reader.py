@@ -20,9 +20,8 @@ from gaitsim.registry import EXPERIMENTS, entries
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-HELP = sorted(
-    path for part in ("cli", "actions") for path in (ROOT / "gaitsim" / part).rglob("*.py")
-)
+COMMANDS = ("gaitsim/cli", "gaitsim/actions", "plugins/gaitsim_page", "plugins/gaitsim_serve")
+HELP = sorted(path for folder in COMMANDS for path in (ROOT / folder).rglob("*.py"))
 FOUND = {path: list(steps(path.read_text())) for path in PAGES}
 FOUND |= {path: list(examples(path.read_text())) for path in HELP}
 # The guide of plugins is run in an environment of its own: tests/conformance/test_plugin_guide.py.
