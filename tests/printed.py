@@ -49,11 +49,20 @@ def steps(text: str) -> Iterator[Step]:
 
 
 def examples(text: str) -> Iterator[Step]:
-    """Yield the examples in a command's `--help`."""
-    printed = text.partition("[bold]Example")[2].partition('"""')[0]
-    for line in re.findall(r"^    ((?:\w.* )?gaitsim .*)", printed, re.MULTILINE):
+    """Yield the examples in the help of a command."""
+    for line in re.findall(r"^ *((?:\w.* )?gaitsim .*)", text.partition("[bold]Example")[2], re.M):
         if "…" not in line:
             yield Step(line)
+
+
+def helps(group: LazyGroup = GAITSIM, words: str = "gaitsim") -> Iterator[tuple[str, str]]:
+    """Yield the words and the help of each command, with those of packages."""
+    for name in group.lines:
+        command = load(group, name)
+        if isinstance(command, LazyGroup):
+            yield from helps(command, f"{words} {name}")
+        else:
+            yield f"{words} {name}", command.callback.__doc__ or ""
 
 
 def has_arguments(command: str) -> bool:

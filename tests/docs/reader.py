@@ -13,17 +13,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import SimpleNamespace
 
-from printed import Step, examples, steps
+from printed import Step, examples, helps, steps
 from terminals import begin_and_end, shell
 
 from gaitsim.registry import EXPERIMENTS, entries
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-COMMANDS = ("gaitsim/cli", "gaitsim/actions", "plugins/gaitsim_page", "plugins/gaitsim_serve")
-HELP = sorted(path for folder in COMMANDS for path in (ROOT / folder).rglob("*.py"))
-FOUND = {path: list(steps(path.read_text())) for path in PAGES}
-FOUND |= {path: list(examples(path.read_text())) for path in HELP}
+HELP = dict(helps())
+FOUND: dict[Path | str, list[Step]] = {path: list(steps(path.read_text())) for path in PAGES}
+FOUND |= {words: list(examples(text)) for words, text in HELP.items()}
 # The guide of plugins is run in an environment of its own: tests/conformance/test_plugin_guide.py.
 GUIDE = ROOT / "docs" / "plugins.md"
 FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE}
@@ -98,7 +97,10 @@ OWN = {
 
 
 def does_all(
-    path: Path, folder: Path, runs: Callable[[str], Path], gaitsim: Callable[..., SimpleNamespace]
+    path: Path | str,
+    folder: Path,
+    runs: Callable[[str], Path],
+    gaitsim: Callable[..., SimpleNamespace],
 ) -> None:
     """Do in a folder what a page or a `--help` says, and fail with all commands that fail."""
     quadruped = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"

@@ -24,8 +24,8 @@ def test_steps_are_found() -> None:
     assert all(sum(len(FOUND.get(path, ())) for path in paths) > 90 for paths in (PAGES, HELP))
 
 
-@pytest.mark.parametrize("path", FOUND, ids=lambda path: path.name)
-def test_the_commands_of_a_page_parse(path: Path) -> None:
+@pytest.mark.parametrize("path", FOUND, ids=lambda path: Path(path).name)
+def test_the_commands_of_a_page_parse(path: Path | str) -> None:
     for step in FOUND[path]:
         if not step.file:
             parse(step.text)
@@ -33,7 +33,7 @@ def test_the_commands_of_a_page_parse(path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [path for path in FOUND if path in PAGES], ids=lambda path: path.name
+    "path", [path for path in FOUND if path in PAGES], ids=lambda path: Path(path).name
 )
 def test_the_commands_of_a_page_run(
     path: Path, runs: Callable[[str], Path], tmp_path: Path, gaitsim: Callable[..., SimpleNamespace]
@@ -43,9 +43,9 @@ def test_the_commands_of_a_page_run(
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "path", [path for path in FOUND if path in HELP], ids=lambda path: path.name
+    "path", [path for path in FOUND if path in HELP], ids=lambda path: Path(path).name
 )
 def test_the_examples_of_a_command_run(
-    path: Path, runs: Callable[[str], Path], tmp_path: Path, gaitsim: Callable[..., SimpleNamespace]
+    path: str, runs: Callable[[str], Path], tmp_path: Path, gaitsim: Callable[..., SimpleNamespace]
 ) -> None:
     does_all(path, tmp_path, runs, gaitsim)
