@@ -1,4 +1,4 @@
-"""The command line: one module per command, imported when that command is used."""
+"""The command line: commands are generated from their actions when they are used."""
 
 import errno
 import gc

@@ -1,4 +1,4 @@
-"""StyledCommand groups that import lazily, and the style of `--help` and of usage errors."""
+"""Groups of commands that are imported when used, and the style of `--help` and usage errors."""
 
 import gc
 import inspect
