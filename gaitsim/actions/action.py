@@ -57,6 +57,7 @@ def argument(
     default: Any = ...,
     *,
     unset: str = "",
+    allowed: str = "",
     completion: str = "run_names",
     shown: bool = False,
 ) -> Any:
@@ -67,10 +68,12 @@ def argument(
         placeholder: name of the argument in the help.
         default: value of the argument if it is omitted; `...` for a required argument.
         unset: description of the default, if the default is None.
+        allowed: description of the allowed values in forms, if the type does not suffice.
         completion: name of the function in `gaitsim.cli.completion` that completes it; '' for none.
         shown: whether forms show the argument, which is otherwise the run of the form.
     """
     more = {"placeholder": placeholder, "unset": unset, "completion": completion}
+    more |= {"allowed": allowed} if allowed else {}
     argument = "shown" if shown else "hidden"
     return Field(default, description=help, json_schema_extra={**more, "argument": argument})
 

@@ -57,6 +57,7 @@ class CompareExperiments(Action):
     experiments: Names = argument(
         "two or more presets, TOML files or robot files; with --worlds, runs",
         "NAME|FILE",
+        allowed="names separated by spaces",
         completion="preset_names",
         shown=True,
     )

@@ -32,7 +32,12 @@ class Differences(Action):
 
     title: ClassVar[str] = "Run differences"
 
-    runs: Names = argument("names of runs in runs/, or their folders", "RUN", shown=True)
+    runs: Names = argument(
+        "names of runs in runs/, or their folders",
+        "RUN",
+        allowed="names separated by spaces",
+        shown=True,
+    )
     quantity: Quantity = option("best", "quantity to show over the generations")
     by: Axis | None = option(
         None,
