@@ -83,6 +83,7 @@ class Analyse(OneIndividual):
         "plot footfalls, phases and stability to a PNG, SVG or PDF file; with --worlds, plot the "
         "results by world and condition",
         placeholder="FILE",
+        written=True,
     )
     json_lines: bool = JSON
 

@@ -45,7 +45,7 @@ class Differences(Action):
         unset="'generation', or 'evaluations' if the population sizes differ",
     )
     plot: Path | None = option(
-        None, "plot the curves to a PNG, SVG or PDF file", placeholder="FILE"
+        None, "plot the curves to a PNG, SVG or PDF file", placeholder="FILE", written=True
     )
     theme: Theme = option("light", "colour theme of the plot")
     json_lines: bool = JSON

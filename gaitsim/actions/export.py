@@ -156,4 +156,4 @@ def export(
     else:
         run = exported.snapshot
         subject = Subject(run, () if exporter.input == "run" else (run.individual(),))
-    return exporter.write(subject, path)
+    return exporter.write(subject, exporter.other_file or path)

@@ -20,6 +20,7 @@ def option(
     placeholder: str = "",
     flag: str = "",
     completion: str = "",
+    written: bool = False,
     panel: str = "",
 ) -> Any:
     """Declare one option of a plugin or an action: its default, description, unit and bounds.
@@ -40,6 +41,7 @@ def option(
         placeholder: placeholder of the value in the help of commands, such as 'START:END'.
         flag: flag of the option on the command line; `''` for `--name`.
         completion: name of the function in `gaitsim.cli.completion` that completes the value.
+        written: whether the option names a file to write; forms put it in the run's exports folder.
         panel: heading of the option in the help of its command; `''` for that of most options.
     """
     more = {
@@ -48,6 +50,7 @@ def option(
         "placeholder": placeholder,
         "flag": flag,
         "completion": completion,
+        "written": "yes" if written else "",
         "panel": panel,
     }
     return Field(

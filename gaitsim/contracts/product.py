@@ -53,7 +53,7 @@ def _parse_window(value: Any) -> Any:
 
 
 def _check_two(names: tuple[str, ...]) -> tuple[str, ...]:
-    if len(names) != 2:
+    if names and len(names) != 2:
         raise ValueError("two names are needed")
     return names
 

@@ -119,7 +119,7 @@ class CommandForm:
                 flags += [f"{word}={one}" for one in split_names(text)]
             elif kind == tuple[str, str]:
                 flags += [word, *split_names(text)]
-            elif kind is Path and run is not None and Path(text).name == text:
+            elif declared(field, "written") and run is not None and Path(text).name == text:
                 flags += [word, str(run / EXPORTS / text)]
             else:
                 flags += [word, text]

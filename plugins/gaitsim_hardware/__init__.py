@@ -98,6 +98,7 @@ class BusExporter(CalibratedExporter):
         None,
         "write a template of a calibration file, to be filled in, and export nothing",
         placeholder="FILE",
+        written=True,
     )
 
     @property

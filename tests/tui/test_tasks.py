@@ -211,8 +211,8 @@ class TestExports:
              "'--world=friction 0.4'"),
             ("Servo keyframes", {"clip": "true", "min": "-30", "generation": " 3 "},
              "export 'runs/a b' --format servo --clip --min -30 --generation 3"),
-            ("Arduino sketch", {"calibration": "../robot.toml", "speed": "0.5"},
-             "export 'runs/a b' --format arduino --calibration ../robot.toml --speed 0.5"),
+            ("Arduino sketch", {"calibration": "robot.toml", "speed": "0.5"},
+             "export 'runs/a b' --format arduino --calibration robot.toml --speed 0.5"),
             ("Feetech positions", {"calibration_template": "feetech.toml"},
              "export 'runs/a b' --format feetech "
              "--calibration-template 'runs/a b/exports/feetech.toml'"),
