@@ -73,7 +73,7 @@ class Export(Action):
             if out is not None and self.format is None:
                 check_folder(out)
                 out = out if out.suffix else out.with_suffix(f".{DEFAULT}")
-            name = self.format or format_of(out)
+            name = format_of(out) if self.format is None else self.format
             chosen, exporter = read_product("exporter", name, self.options)
             assert isinstance(exporter, Exporter)
             ending = exporter.suffix.rpartition(".")[2]

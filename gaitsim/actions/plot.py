@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from pydantic import Field
 
 from gaitsim.actions.action import RUN, Action, SeveralIndividuals, argument, choose_format
-from gaitsim.actions.products import read_all, read_product
+from gaitsim.actions.products import ALL, read_all, read_product
 from gaitsim.choices import PlotFormat
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Plot, Product, Subject
@@ -14,8 +14,6 @@ from gaitsim.errors import GaitsimError, NothingToPlotError
 
 if TYPE_CHECKING:
     from gaitsim.runs.snapshot import RunSnapshot
-
-ALL = "all"
 
 
 class MakePlot(Action):

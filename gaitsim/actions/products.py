@@ -18,6 +18,8 @@ from gaitsim.registry.options import flag, validated
 
 SWITCHES = {"plot": "--kind", "exporter": "--format"}
 """The flag that names a plugin, by its kind."""
+ALL = "all"
+"""The kind that stands for all kinds of plots."""
 _SUBJECTS = {"plot": "a plot of kind {!r}", "exporter": "the format {!r}"}
 
 
@@ -41,13 +43,14 @@ def read_product(
     Raises:
         GaitsimError: the plugin is unknown, does not have an option, or an option is invalid.
     """
-    if name not in (known := entries(kind)):
+    if name not in (known := [*entries(kind)]):
         switch = SWITCHES[kind]
+        allowed = [*known, ALL] if kind == "plot" else known
         raise GaitsimError(
             f"invalid {switch}: {name!r}",
             where=switch,
-            allowed=", ".join(known),
-            remedy=nearest(name, list(known)),
+            allowed=", ".join(allowed),
+            remedy=nearest(name, allowed),
         )
     product: type[Product] = load_class(kind, name)  # type: ignore[assignment]
     _check_supported(kind, name, given, fields(product))

@@ -112,7 +112,7 @@ class BusExporter(CalibratedExporter):
 
         if self.calibration_template is None:
             return super().write(subject, path)
-        if self.model_dump(exclude_defaults=True).keys() - {"calibration_template"}:
+        if self.model_dump(exclude_unset=True).keys() - {"calibration_template"}:
             raise GaitsimError(
                 "--calibration-template cannot be combined with options for robots",
                 where="--calibration-template",
@@ -161,7 +161,7 @@ class ServoTable(CalibratedExporter):
     note: ClassVar[str] = "CSV in degrees"
     suffix: ClassVar[str] = ".servo.csv"
     format: ClassVar[str] = "servo"
-    centre: float = option(0.0, "servo angle when the joint is at zero", unit="°", ge=-360, le=360)
+    centre: float = option(0.0, "servo angle when the joint is at zero", unit="°")
     min: float | None = option(None, "minimum servo angle", unit="°", unset="centre − 90")
     max: float | None = option(None, "maximum servo angle", unit="°", unset="centre + 90")
 
@@ -174,7 +174,7 @@ class ServoTable(CalibratedExporter):
         individual = subject.individual
         uniform = [
             f"--{name}"
-            for name in self.model_dump(exclude_defaults=True)
+            for name in self.model_dump(exclude_unset=True)
             if name in ("centre", "min", "max")
         ]
         if self.calibration is not None and uniform:

@@ -57,6 +57,12 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         ),
         (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
         (("--format", "servo", "--calibration", "x", "--min", 0), "cannot be combined with --min"),
+        (("--format", "servo", "--calibration", "x", "--centre", 0), "combined with --centre"),
+        (
+            ("--format", "arduino", "--calibration-template", "x", "--speed", 1),
+            "cannot be combined with options for robots",
+        ),
+        (("--format", ""), "invalid --format: ''"),
         (("--calibration-template", "x.toml"), "or use --format arduino, dynamixel, feetech"),
         (
             ("--format", "servo", "--calibration-template", "x.toml"),

@@ -6,7 +6,7 @@ import pytest
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--kind", "nothing"), "runs, search, stability"),
+        (("--kind", "nothing"), "runs, search, stability, terms, all"),
         (("--kind", "footfall"), "has no feet to plot"),
         (("--kind", "fitness", "--generation", 2), "has no option --generation"),
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--window and --channel"),
