@@ -572,7 +572,9 @@ class Run(ReprMixin):
         Raises:
             GaitsimError: the kind or an option is unknown, or the run or its body lacks the data.
         """
-        from gaitsim.registry.loading import load_product
+        from matplotlib.figure import Figure
+
+        from gaitsim.registry.loading import call_product, load_product
         from gaitsim.render.plots.style import THEMES
 
         plot = load_product("plot", kind, options | ({"theme": "dark"} if dark else {}))
@@ -581,7 +583,9 @@ class Run(ReprMixin):
         individuals: tuple[Individual, ...] = ()
         if plot.input != "run":
             individuals = tuple(run.individual(one) for one in generations or (None,))
-        return enable_notebook_display(plot.draw(Subject(run, individuals)), THEMES[plot.theme])
+        subject = Subject(run, individuals)
+        figure = call_product("plot", kind, "drawing", Figure, plot.draw, subject)
+        return enable_notebook_display(figure, THEMES[plot.theme])
 
     def video(
         self,

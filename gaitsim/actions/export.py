@@ -10,7 +10,7 @@ from gaitsim.actions.products import read_product
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Exported, Exporter, Subject
 from gaitsim.errors import GaitsimError
-from gaitsim.registry.loading import load_product, products
+from gaitsim.registry.loading import call_product, load_product, products
 
 if TYPE_CHECKING:
     from gaitsim.api import Run
@@ -90,9 +90,11 @@ class Export(Action):
             with status("Simulating the champion …"):
                 subject = Subject(run, chosen.individuals(run))
         path = exporter.other_file or out
-        path = path or exports_folder(run.path) / exporter.file_name(subject)
+        if path is None:
+            naming = "naming its file", str, exporter.file_name
+            path = exports_folder(run.path) / call_product("exporter", name, *naming, subject)
         with all_or_nothing(), progress if exporter.items else status(f"Writing {path.name} …"):
-            done = exporter.write(subject, path)
+            done = _write(name, exporter, subject, path)
         report_files(path)
         for text in done.notices:
             notice(text)
@@ -141,9 +143,8 @@ def export(
 
     path = Path(path)
     ending = path.suffix[1:].lower()
-    exporter = load_product(
-        "exporter", format or (ending if ending in endings() else DEFAULT), options
-    )
+    name = format or (ending if ending in endings() else DEFAULT)
+    exporter = load_product("exporter", name, options)
     assert isinstance(exporter, Exporter)
     alone = isinstance(exported, Individual)
     if alone and exporter.input == "run":
@@ -156,4 +157,8 @@ def export(
     else:
         run = exported.snapshot
         subject = Subject(run, () if exporter.input == "run" else (run.individual(),))
-    return exporter.write(subject, exporter.other_file or path)
+    return _write(name, exporter, subject, exporter.other_file or path)
+
+
+def _write(name: str, exporter: Exporter, subject: Subject, path: Path) -> Exported:
+    return call_product("exporter", name, "exporting", Exported, exporter.write, subject, path)

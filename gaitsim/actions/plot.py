@@ -10,7 +10,8 @@ from gaitsim.actions.products import ALL, read_all, read_product
 from gaitsim.choices import PlotFormat
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Plot, Product, Subject
-from gaitsim.errors import GaitsimError, NothingToPlotError
+from gaitsim.errors import ContractError, GaitsimError, NothingToPlotError
+from gaitsim.registry.loading import call_product
 
 if TYPE_CHECKING:
     from gaitsim.runs.snapshot import RunSnapshot
@@ -99,7 +100,7 @@ class MakePlot(Action):
         progress = Progress(f"plotting {kind.items}", kind.items)
         subject = Subject(run, subject.individuals, progress.expect, progress.advance)
         with progress if kind.items else status("Plotting …"):
-            _draw(kind, subject, path)
+            _draw(self.kind, kind, subject, path)
 
     def _plot_all(
         self, run: "RunSnapshot", chosen: SeveralIndividuals, kinds: dict[str, Product]
@@ -121,31 +122,40 @@ class MakePlot(Action):
         folder = self.out or exports_folder(run.path)
         with writing(folder):
             folder.mkdir(parents=True, exist_ok=True)
+        broken: ContractError | None = None
         with Progress("plots", "kinds", len(kinds)) as progress:
             for name, kind in kinds.items():
                 try:
                     assert isinstance(kind, Plot)
-                    kind.check_among_all(subject)
+                    call_product("plot", name, "checking", object, kind.check_among_all, subject)
                     stem = file_stem(name, kind, subject)
-                    _draw(kind, subject, folder / f"{stem}.{self.format or 'png'}")
+                    _draw(name, kind, subject, folder / f"{stem}.{self.format or 'png'}")
                 except NothingToPlotError as error:
                     notice(f"No plot of kind {name!r}: {error.what}")
+                except ContractError as error:  # of one package, after the plots of the others
+                    broken = broken or error
                 progress.advance()
+        if broken is not None:
+            raise broken
 
 
-def _draw(kind: Product, subject: Subject, path: Path) -> None:
+def _draw(name: str, kind: Product, subject: Subject, path: Path) -> None:
+    from matplotlib.figure import Figure
+
     from gaitsim.console.printing import echo, report_files
     from gaitsim.render.plots.style import THEMES, save
 
     assert isinstance(kind, Plot)
-    save(kind.draw(subject), path, THEMES[kind.theme])
+    figure = call_product("plot", name, "drawing", Figure, kind.draw, subject)
+    save(figure, path, THEMES[kind.theme])
     report_files(path)
     echo(path)
 
 
 def file_stem(name: str, kind: Product, subject: Subject) -> str:
     """Return the name of a plot's file without extension: 'channel-margin-generation-138'."""
-    parts = [name, *kind.words(subject)]
+    words = call_product("plot", name, "naming its file", tuple, kind.words, subject)
+    parts = [name, *map(str, words)]
     if kind.input != "run":
         numbers = [str(individual.generation) for individual in subject.individuals]
         shown = "-".join(numbers) if len(numbers) <= 4 else f"{numbers[0]}-to-{numbers[-1]}"

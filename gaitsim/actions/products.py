@@ -113,11 +113,16 @@ def individual_fields(kind: str) -> Iterator[tuple[str, FieldInfo, list[str]]]:
 def all_fields(kind: str) -> Iterator[tuple[str, FieldInfo, list[str]]]:
     """Yield the options of all plugins of a kind, with the plugins that alone have them."""
     found: dict[str, tuple[FieldInfo, list[str]]] = {}
-    for name, product in products(kind).items():
+    for name, product in sorted(products(kind).items(), key=lambda one: _is_foreign(kind, one[0])):
         for option, field in product.model_fields.items():
             found.setdefault(option, (field, []))[1].append(name)
     for option, (field, owners) in found.items():
         yield option, field, owners if len(owners) < len(products(kind)) else []
+
+
+def _is_foreign(kind: str, name: str) -> bool:
+    """Return whether another package provides a plugin; its options do not replace gaitsim's."""
+    return entries(kind)[name][0].package != "gaitsim"
 
 
 def describe(kind: str) -> str:

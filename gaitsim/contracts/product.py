@@ -20,7 +20,7 @@ Figure = Any  # matplotlib.figure.Figure
 
 Input = Literal["run", "individual", "individuals"]
 RESERVED = (
-    *("run", "kind", "format", "out", "options"),
+    *("run", "kind", "format", "out", "options", "help"),
     *("generation", "member", "damage", "world", "engine", "generations"),
 )
 """Options of the commands themselves, whose names no product may use."""

@@ -1,10 +1,10 @@
 """Load plugin classes, validated against their contracts, and the TOML files of packages."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.metadata import EntryPoint
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from gaitsim.errors import GaitsimError, PluginError, unknown
 from gaitsim.registry.entry_points import (
@@ -21,6 +21,8 @@ from gaitsim.registry.kernel_cache import allow_missing_cache
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Plugin, Product
+
+T = TypeVar("T")
 
 
 def load_class(kind: str, name: str) -> "type[Plugin]":
@@ -130,3 +132,34 @@ def load_product(kind: str, name: str, options: Mapping[str, Any]) -> "Product":
         if option not in product.model_fields:
             raise unknown(f"option of {name!r}", option, product.model_fields)
     return validated(product, options)
+
+
+def call_product(
+    kind: str, name: str, doing: str, returns: type[T], method: Callable[..., object], *given: Any
+) -> T:
+    """Call a method of a plot or an exporter; an error names its package.
+
+    Args:
+        kind: 'plot' or 'exporter'.
+        name: name of the plugin.
+        doing: task of the method, such as 'drawing'.
+        returns: type of the result.
+        method: method of the plugin.
+        given: arguments of the method.
+
+    Raises:
+        GaitsimError: the method raises an error, or returns something else.
+    """
+    entry = find(kind, name)
+    expected: GaitsimError | None = None
+    with plugin_errors(entry, doing):
+        try:
+            found = method(*given)
+        except GaitsimError as error:  # data are missing: the user's error, not the plugin's
+            expected = error
+    if expected is not None:
+        raise expected
+    if not isinstance(found, returns):
+        what = f"returned a {type(found).__name__} while {doing}"
+        raise contract_error(entry, what, returns.__name__)
+    return found

@@ -10,7 +10,7 @@ from pydantic import BaseModel, BeforeValidator, ValidationError
 from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
-from gaitsim.contracts.product import RESERVED, TWO
+from gaitsim.contracts.product import RESERVED, TWO, Input
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.registry.entry_points import PRODUCTS
 from gaitsim.toml import brief, is_long, literal, parse, text as toml_text
@@ -245,11 +245,28 @@ def problems(kind: str, plugin: type[BaseModel]) -> list[str]:
         children = getattr(plugin, "children", None)
         if not isinstance(children, int) or children not in (1, 2):
             found.append("children must be 1 or 2")
-    if kind in PRODUCTS and (taken := [name for name in RESERVED if name in plugin.model_fields]):
-        found.append(f"an option cannot be named {taken[0]!r}: the command has that option")
+    if kind in PRODUCTS:
+        found += _product_problems(kind, plugin)
     if PLUGIN in plugin.model_fields:
         found.append(f"an option cannot be named {PLUGIN!r}: this key names the plugin in a file")
     return found
+
+
+def _product_problems(kind: str, plugin: type[BaseModel]) -> Iterator[str]:
+    texts = ("title", "group", "note", "items", *(("suffix", "stem") if kind == "exporter" else ()))
+    for name in texts:
+        if not isinstance(getattr(plugin, name, None), str):
+            yield f"{name} must be a string"
+    if getattr(plugin, "input", None) not in (known := get_args(Input)):
+        yield f"input must be {' or '.join(map(repr, known))}"
+    reserved = {f"--{name}" for name in RESERVED}
+    for name, field in plugin.model_fields.items():
+        word = flag(name, field)
+        if name in RESERVED or word in reserved:
+            taken = name if name in RESERVED else word
+            yield f"an option cannot be named {taken!r}: the command has that option"
+        elif not word.startswith("--"):
+            yield f"the flag {word!r} must begin with '--'"
 
 
 def _are_strings(names: Any) -> bool:

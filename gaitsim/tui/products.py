@@ -17,12 +17,12 @@ from gaitsim.actions.action import Action, SeveralIndividuals
 from gaitsim.actions.analyse import Analyse
 from gaitsim.actions.differences import Differences
 from gaitsim.actions.imitate import Imitate
-from gaitsim.actions.plot import ALL, MakePlot
-from gaitsim.actions.products import SWITCHES, fields, fields_of_all
+from gaitsim.actions.plot import MakePlot
+from gaitsim.actions.products import ALL, SWITCHES, fields, fields_of_all
 from gaitsim.actions.video import MakeVideo
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import load_class, options
-from gaitsim.registry.loading import products
+from gaitsim.registry.loading import call_product, products
 from gaitsim.registry.options import declared, flag, read_options, validated, value_type
 from gaitsim.runs.files.folder import EXPORTS
 
@@ -135,7 +135,8 @@ class CommandForm:
         if self.action is not None:
             self.action.check(individual)
         elif name != ALL:
-            load_class(kind, name)().check(individual)  # type: ignore[attr-defined]
+            product: Any = load_class(kind, name)()
+            call_product(kind, name, "checking", object, product.check, individual)
 
 
 def default(field: FieldInfo) -> str:

@@ -230,3 +230,107 @@ def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program
     done = program(*odd_run(puppet_file, "organism"), "--json", code=2)
     assert "organism 'odd' of package odd_package 1.0 closed file descriptor 1" in done.stderr
     assert done.stdout == ""
+
+
+PRODUCTS = """
+from typing import ClassVar
+from gaitsim.contracts import Exported, Exporter, Plot, option
+
+class Odd(Exporter):
+    "Odd."
+    title: ClassVar[str] = "Odd"
+    group: ClassVar[str] = "Odd things"
+    suffix: ClassVar[str] = ".odd"
+
+    def write(self, subject, path):
+        return Exported("nothing")
+
+class Crooked(Plot):
+    "Crooked."
+    title: ClassVar[str] = "Crooked"
+    group: ClassVar[str] = "Odd things"
+
+    def draw(self, subject):
+        raise ValueError("no line")
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "says"),
+    [
+        (
+            '    group: ClassVar[str] = "Odd',
+            '    other: ClassVar[str] = "',
+            "group must be a string",
+        ),
+        ('    suffix: ClassVar[str] = ".odd"', "", "suffix must be a string"),
+        ('title: ClassVar[str] = "Odd"', "title: ClassVar[int] = 3", "title must be a string"),
+        (
+            "    def write",
+            '    input: ClassVar[str] = "all"\n    def write',
+            "input must be 'run' or",
+        ),
+        ("    def write", "    help: int = 3\n    def write", "cannot be named 'help'"),
+        (
+            "    def write",
+            "    x: int = option(3, 'x', flag='--out')\n    def write",
+            "cannot be named '--out'",
+        ),
+        (
+            "    def write",
+            "    x: int = option(3, 'x', flag='x')\n    def write",
+            "the flag 'x' must",
+        ),
+        ('return Exported("nothing")', "raise ValueError('no file')", "exporting: ValueError"),
+        ('return Exported("nothing")', "raise SystemExit(0)", "exporting: SystemExit"),
+        ('return Exported("nothing")', "return 3", "returned a int while exporting"),
+        (
+            "    def write",
+            "    def file_name(self, subject): return 3\n    def write",
+            "a int while",
+        ),
+    ],
+)
+def test_a_broken_format_is_named_and_the_others_work(
+    gaitsim, finished, install, right, wrong, says
+):
+    assert right in PRODUCTS
+    install("odd_package", PRODUCTS.replace(right, wrong, 1), {"exporter": {"odd": "Odd"}})
+    said = gaitsim("export", "puppet", "--format", "odd", code=2).stderr
+    assert "exporter 'odd' of package odd_package 1.0" in said
+    assert says in said
+    assert "Traceback" not in said
+    gaitsim("export", "--help")
+    gaitsim("export", "puppet", "--out", "gait.csv")
+
+
+@pytest.mark.parametrize(
+    ("draw", "says"),
+    [
+        ('raise ValueError("no line")', "failed while drawing: ValueError: no line"),
+        ("return 3", "returned a int while drawing"),
+    ],
+)
+def test_a_broken_plot_is_named_after_the_other_plots(
+    gaitsim, finished, install, tmp_path, draw, says
+):
+    source = PRODUCTS.replace('raise ValueError("no line")', draw)
+    install("odd_package", source, {"plot": {"crooked": "Crooked"}})
+    for kind in ("crooked", "all"):
+        said = gaitsim("plot", "puppet", "--kind", kind, code=2).stderr
+        assert "plot 'crooked' of package odd_package 1.0" in said
+        assert says in said
+    exports = tmp_path / "runs/puppet/exports"
+    assert {path.stem for path in exports.glob("*.png")} >= {"fitness", "path-generation-5"}
+
+
+def test_an_option_of_a_package_does_not_replace_one_of_the_same_name(gaitsim, finished, install):
+    source = PRODUCTS.replace(
+        "    def write", "    keyframe_ms: str = option('a', 'word')\n    def write"
+    ).replace('group: ClassVar[str] = "Odd', 'group: ClassVar[str] = "A')
+    install("odd_package", source, {"exporter": {"odd": "Odd"}})
+    arguments = ("--format", "ros2", "--keyframe-ms")
+    gaitsim("export", "puppet", *arguments, 20)
+    assert (
+        "invalid --keyframe-ms: 'b'" in gaitsim("export", "puppet", *arguments, "b", code=2).stderr
+    )
