@@ -120,7 +120,7 @@ def products(kind: str) -> "dict[str, type[Product]]":
 
 
 def load_product(kind: str, name: str, options: Mapping[str, Any]) -> "Product":
-    """Return a plugin with the options of a Python function.
+    """Return a plugin with the options of a Python function; None stands for the default.
 
     Raises:
         GaitsimError: the plugin is unknown, does not have an option, or an option is invalid.
@@ -128,10 +128,15 @@ def load_product(kind: str, name: str, options: Mapping[str, Any]) -> "Product":
     from gaitsim.registry.options import validated
 
     product: type[Product] = load_class(kind, name)  # type: ignore[assignment]
-    for option in options:
+    given = {option: value for option, value in options.items() if value is not None}
+    for option in given:
         if option not in product.model_fields:
-            raise unknown(f"option of {name!r}", option, product.model_fields)
-    return validated(product, options)
+            error = unknown(f"option of {name!r}", option, product.model_fields)
+            others = [one for one, other in products(kind).items() if option in other.model_fields]
+            if others:
+                error.add_remedy(f"omit it, or choose {' or '.join(others)}")
+            raise error
+    return validated(product, given)
 
 
 def call_product(

@@ -52,5 +52,14 @@ def test_unknown_formats_and_options_are_refused(walker, tmp_path):
         gs.export(individual, tmp_path / "x", "arduno")
     with pytest.raises(GaitsimError, match="unknown option"):
         gs.export(individual, tmp_path / "x", "ros2", sped=2)
-    with pytest.raises(GaitsimError, match="unknown option of 'ros2' 'clip'"):
+    with pytest.raises(GaitsimError, match="unknown option of 'ros2' 'clip'") as error:
         gs.export(individual, tmp_path / "x", "ros2", clip=True)
+    assert error.value.remedy == "omit it, or choose arduino or dynamixel or feetech or servo"
+
+
+def test_none_stands_for_the_default_of_an_option(walker, tmp_path):
+    individual = walker(np.zeros((20, 4)))
+    gs.export(individual, tmp_path / "a.csv", "servo", speed=None, calibration=None, clip=None)
+    gs.export(individual, tmp_path / "b.csv", "servo")
+    assert (tmp_path / "a.csv").read_bytes() == (tmp_path / "b.csv").read_bytes()
+    gs.export(individual, tmp_path / "c.csv", calibration=None)
