@@ -112,6 +112,9 @@ def check_parent(path: Path) -> None:
         )
 
 
+_MAT_HEADER = b"MATLAB 5.0 MAT-file, created by gaitsim".ljust(116)
+
+
 def _write_mat(gait: Gait) -> bytes:
     from scipy.io import savemat
 
@@ -120,7 +123,8 @@ def _write_mat(gait: Gait) -> bytes:
     names[:] = gait.joint_names
     # SciPy's type stubs allow only paths.
     savemat(file, {**_fields(gait), "jointNames": names}, oned_as="column")  # type: ignore[arg-type]
-    return file.getvalue()
+    # SciPy's header contains the time, but the same gait gives the same bytes.
+    return _MAT_HEADER + file.getvalue()[len(_MAT_HEADER) :]
 
 
 def _write_npz(gait: Gait) -> bytes:

@@ -23,6 +23,12 @@ def test_an_exported_gait_is_read_back(format, tmp_path):
     assert file.frame_rate == pytest.approx(25)
 
 
+def test_a_matlab_file_does_not_contain_the_time(tmp_path):
+    path = tmp_path / "gait.mat"
+    write_gait(Gait(ANGLES, NAMES, 25.0, 7, 1.5), path, "mat")
+    assert path.read_bytes()[:116].rstrip() == b"MATLAB 5.0 MAT-file, created by gaitsim"
+
+
 def test_the_fields_of_an_imitator_are_read(tmp_path):
     path = tmp_path / "imitator.NPZ"
     with path.open("wb") as file:
