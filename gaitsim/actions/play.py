@@ -44,7 +44,9 @@ class Play(OneIndividual):
 
     run: str = argument(RUN_OR_CODE, "RUN|CODE")
     view: TerminalView = option("iso", "direction of the camera")
-    speed: float = option(1.0, "playback speed, relative to real time")
+    speed: float = option(
+        1.0, "playback speed, relative to real time", allowed="0.01 to 100; 1 is real time"
+    )
     whole: bool = option(
         False, "show the whole path with a fixed camera, instead of following the body"
     )

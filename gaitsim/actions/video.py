@@ -60,11 +60,17 @@ class MakeVideo(SeveralIndividuals):
         allowed="WIDTHxHEIGHT",
         placeholder="WxH",
     )
-    fps: float | None = option(None, "frames per second", unset="30, or 25 for a GIF")
+    fps: float | None = option(
+        None,
+        "frames per second",
+        unset="30, or 25 for a GIF",
+        allowed="1 to 120, or to 50 for a GIF",
+    )
     speed: float | None = option(
         None,
         "playback speed: 0.25 is slow motion, 4 is time lapse",
         unset="real time, or slow motion for movements too fast to see, such as wing beats",
+        allowed="0.01 to 100; 1 is real time",
     )
     intro: bool = option(True, "begin the video with the curve of the score over the generations")
 

@@ -44,6 +44,8 @@ def test_several_generations(gaitsim, run, tmp_path):
         (["--size", "641"], "'641'"),
         (["--size", "2x2"], "invalid size of a video"),
         (["--fps", "0"], "0 frames per second"),
+        (["--fps", "nan"], "1 to 120, or to 50 for a GIF"),
+        (["--speed", "nan"], "0.01 to 100; 1 is real time"),
         (["--generations", "1,77"], "no generation 77"),
         (["--generations", "1,,2"], "'1,,2'"),
         (["--generations", "1,2", "--generation", "1"], "--generation and --generations cannot"),
