@@ -142,8 +142,8 @@ class Reporter:
 
     def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
         """Report a state and an error; after a final state, wait until all is written."""
-        self._on_state(state, error)
-        with self._lock:
+        with self._lock:  # a client that has read the state from a file is greeted with the same
+            self._on_state(state, error)
             self._values["state"], self._values["reason"] = state, reason
             if error is not None:
                 self._news["error"] = error.to_dict()

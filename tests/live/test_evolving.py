@@ -4,6 +4,7 @@ import errno
 import json
 import os
 import random
+import threading
 
 import numpy as np
 import pytest
@@ -251,6 +252,23 @@ def test_a_disconnected_reader_stops_the_run(new_run):
     queued = CommandQueue()
     reporter = Reporter(gone, on_disconnect=lambda: queued.add(RunCommand("stop")))
     assert evolve_live(path, queued, reporter) == "stopped"
+
+
+def test_a_client_that_has_read_a_state_is_greeted_with_it():
+    greetings = []
+
+    def on_state(state, error):
+        client = threading.Thread(target=lambda: greetings.append(reporter.full_snapshot()))
+        client.start()  # in the middle of the publication
+        clients.append(client)
+        client.join(0.1)
+
+    clients = []
+    reporter = Reporter(lambda line: None, on_state=on_state)
+    reporter.state("paused")
+    clients[0].join()
+    assert [json.loads(line)["state"] for line in greetings] == ["paused"]
+    reporter.state("stopped")
 
 
 def test_the_best_of_each_island_is_reported(new_run):
