@@ -161,7 +161,9 @@ class ServoTable(CalibratedExporter):
     note: ClassVar[str] = "CSV in degrees"
     suffix: ClassVar[str] = ".servo.csv"
     format: ClassVar[str] = "servo"
-    centre: float = option(0.0, "servo angle when the joint is at zero", unit="°")
+    centre: float = option(  # controllers count from any angle; the bounds only stop typing errors
+        0.0, "servo angle when the joint is at zero", unit="°", ge=-36_000, le=36_000
+    )
     min: float | None = option(None, "minimum servo angle", unit="°", unset="centre − 90")
     max: float | None = option(None, "maximum servo angle", unit="°", unset="centre + 90")
 

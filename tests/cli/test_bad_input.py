@@ -113,7 +113,7 @@ def test_an_invalid_command_line_is_rejected(error_of, arguments, message):
         ("run spider --generations abc", "invalid --generations: 'abc'", "a whole number"),
         ("run spider --workers 0", "invalid --workers: '0'", "a whole number ≥ 1 and ≤ 1,024"),
         ("compare a b --repeats 1", "invalid --repeats: '1'", "a whole number ≥ 2 and ≤ 100,000"),
-        ("export R --centre x", "invalid --centre: 'x'", "a number"),
+        ("export R --centre x", "invalid --centre: 'x'", "a number ≥ -36,000 and ≤ 36,000"),
         ("play R --at nan", "invalid --at: 'nan'", "a number ≥ 0"),
         (
             "export R --format xml",
