@@ -149,7 +149,7 @@ def export(
     alone = isinstance(exported, Individual)
     if alone and exporter.input == "run":
         raise GaitsimError(
-            f"the format {format!r} needs a whole run, not one individual",
+            f"the format {name!r} needs a whole run, not one individual",
             remedy="pass the run itself, from gaitsim.load()",
         )
     if isinstance(exported, Individual):

@@ -105,19 +105,21 @@ def _check_supported(
 
 def individual_fields(kind: str) -> Iterator[tuple[str, FieldInfo, list[str]]]:
     """Yield the options that choose individuals, with the plugins that alone have them."""
+    every = products(kind).items()
+    several = [name for name, product in every if product.input == "individuals"]
     for name, field in SeveralIndividuals.model_fields.items():
-        several = [one for one, product in products(kind).items() if product.input == "individuals"]
         yield name, field, several if name not in OneIndividual.model_fields else []
 
 
 def all_fields(kind: str) -> Iterator[tuple[str, FieldInfo, list[str]]]:
     """Yield the options of all plugins of a kind, with the plugins that alone have them."""
     found: dict[str, tuple[FieldInfo, list[str]]] = {}
-    for name, product in sorted(products(kind).items(), key=lambda one: _is_foreign(kind, one[0])):
+    every = products(kind)
+    for name, product in sorted(every.items(), key=lambda one: _is_foreign(kind, one[0])):
         for option, field in product.model_fields.items():
             found.setdefault(option, (field, []))[1].append(name)
     for option, (field, owners) in found.items():
-        yield option, field, owners if len(owners) < len(products(kind)) else []
+        yield option, field, owners if len(owners) < len(every) else []
 
 
 def _is_foreign(kind: str, name: str) -> bool:

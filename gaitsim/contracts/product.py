@@ -133,7 +133,6 @@ class Plot(Product):
     Raise a `NothingToPlotError` if the data are missing; `gaitsim plot --kind all` skips the kind.
     """
 
-    input: ClassVar[Input] = "individual"
     theme: Theme = option("light", "colour theme")
 
     def check_among_all(self, subject: Subject) -> None:
