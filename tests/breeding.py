@@ -11,7 +11,7 @@ def initial_population(experiment, space, island=0, populations=None):
 
 
 def warm_start_population(experiment, space, start):
-    return ask(experiment, space, {}, None, 1, start=start)[0]
+    return ask(experiment, space, {}, None, 1, starts=start[None])[0]
 
 
 def breed(experiment, space, genomes, scores, generation, island=0):

@@ -62,6 +62,14 @@ class Organism(Plugin):
     def genome_space(self) -> GenomeSpace:
         """Return the genome space of this body with its options."""
 
+    def starts(self) -> Mapping[str, Array]:
+        """Return start points by name, such as 'tetrapod', the most promising first; {} by default.
+
+        A start point is a genome (genes,) in the body's space from which a search may begin, such
+        as a gait made by hand. It need not score well, only better than random genomes.
+        """
+        return {}
+
     @abstractmethod
     def move(self, genomes: Genomes) -> Motion:
         """Return the motion of a whole population, given its genomes, (population, genes).

@@ -1,8 +1,9 @@
 """The contracts of fitness functions, searches and their operators."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from math import ceil, prod
 from typing import ClassVar, Literal, Protocol
 
 import numpy as np
@@ -147,6 +148,12 @@ class Mutation(Plugin):
         """
 
 
+BODY_STARTS = "body"
+"""The value of `Search.start` for all start points of the body."""
+
+RANDOM_START = "random"
+"""The value of `Search.start` for a random first generation."""
+
 State = Mapping[str, Array]
 """Everything that a search remembers, as named arrays of float64, int64, uint8 or bool.
 
@@ -215,6 +222,10 @@ class Operators(Protocol):
         """Return mutated and repaired copies of all genomes, (population, genes)."""
 
 
+NO_STARTS: Genomes = np.empty((0, 0))
+"""The start points of a random first generation."""
+
+
 @dataclass(frozen=True, eq=False)
 class Context:
     """The space, sizes, randomness and operators that a search uses in one call.
@@ -224,8 +235,8 @@ class Context:
         population: number of individuals in each generation.
         generation: number of the current generation, counted from 1.
         rng: only source of randomness; `ask` and `tell` get new streams in each generation.
-        start: genome around which the first generation is drawn, (genes,); None for a random
-            first generation.
+        starts: start points, (starts, genes), the most promising first: genomes around which the
+            first generation is drawn. Empty if it is random, and after the first generation.
         populations: shape of the axes before the population axis if the search handles several
             populations at once; () for a single population.
         operators: selection, crossover and mutation of the experiment, if the search declares
@@ -236,7 +247,7 @@ class Context:
     population: int
     generation: int
     rng: np.random.Generator
-    start: Array | None = None
+    starts: Genomes = field(default_factory=lambda: NO_STARTS)
     populations: tuple[int, ...] = ()
     operators: Operators | None = None
 
@@ -247,6 +258,27 @@ class Context:
     def repair(self, genomes: Genomes) -> Genomes:
         """Return the genomes with every invalid gene replaced by a valid one."""
         return self.space.repair(genomes)
+
+    def begin(self, share: float, vary: Callable[[Genomes], Genomes]) -> Genomes:
+        """Return the first generation, (*populations, population, genes).
+
+        Without start points, it is random. With start points, a share of it consists of the start
+        points, followed by variations of them in turn; the rest is random.
+
+        Args:
+            share: share of each population that begins at start points.
+            vary: function that returns variations of genomes, (…, count, genes).
+        """
+        shape = (*self.populations, self.population, self.space.genes)
+        genomes = self.random(prod(shape[:-1])).reshape(shape)
+        count, exact = ceil(share * self.population), len(self.starts)
+        if exact:
+            # np.resize repeats the rows.
+            copies = np.resize(self.starts, (count, shape[-1]))
+            genomes[..., :count, :] = np.broadcast_to(copies, (*shape[:-2], *copies.shape))
+            if count > exact:
+                genomes[..., exact:count, :] = vary(genomes[..., exact:count, :].copy())
+        return self.repair(genomes.reshape(-1, shape[-1])).reshape(shape)
 
 
 class Search(Plugin):
@@ -259,6 +291,8 @@ class Search(Plugin):
     of them over several generations.
 
     Attributes:
+        start: start points from which the first generation is drawn, an option of every search. A
+            search that never uses them narrows it to `Literal["random"]`.
         spaces: genome spaces that the search supports.
         operators: kinds of operators that the search uses; each is a section of the experiment.
         several: whether `ask` can handle several populations at once (see `Context.populations`)
@@ -269,6 +303,12 @@ class Search(Plugin):
             first objective.
     """
 
+    start: str = option(
+        BODY_STARTS,
+        "where the search begins: 'body' begins around the body's start points, if it has any, "
+        "such as 'tetrapod'; the name of one begins around it alone; 'random' begins with random "
+        "genomes",
+    )
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
     operators: ClassVar[tuple[str, ...]] = ()
     several: ClassVar[bool] = False

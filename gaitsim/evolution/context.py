@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, BitSpace, Context, Crossover, Genomes, GenomeSpace, State
-from gaitsim.contracts.search import STATE_DTYPES
+from gaitsim.contracts import BitSpace, Context, Crossover, Genomes, GenomeSpace, State
+from gaitsim.contracts.search import BODY_STARTS, NO_STARTS, RANDOM_START, STATE_DTYPES
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
@@ -153,6 +153,17 @@ class CheckedContext(Context):
         return repair_genomes(self.experiment, self.space, genomes)
 
 
+def start_points(experiment: Experiment, space: GenomeSpace) -> Genomes:
+    """Return the start points that the option `search.start` chooses, (starts, genes)."""
+    chosen = experiment.search.start
+    if chosen == RANDOM_START:
+        return NO_STARTS
+    found = experiment.starts()
+    if chosen != BODY_STARTS:
+        found = {chosen: found[chosen]}
+    return np.array(list(found.values()), space.dtype).reshape(-1, space.genes)
+
+
 def context(
     experiment: Experiment,
     space: GenomeSpace,
@@ -161,7 +172,7 @@ def context(
     *,
     island: int = 0,
     populations: tuple[int, ...] = (),
-    start: Array | None = None,
+    starts: Genomes = NO_STARTS,
     redrawn: bool = False,
 ) -> CheckedContext:
     """Return the context of a call to the search of an experiment."""
@@ -173,7 +184,7 @@ def context(
         population=experiment.evolution.population,
         generation=generation,
         rng=stream(experiment.seed, generation, purpose, island),
-        start=start,
+        starts=starts,
         populations=populations,
         operators=operators,
         experiment=experiment,

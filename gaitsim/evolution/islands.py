@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace, Results
+from gaitsim.contracts import Genomes, GenomeSpace, Results
 from gaitsim.evaluation import Evaluation, Evaluator, evaluate
 from gaitsim.evaluation.scoring import join_evaluations
 from gaitsim.evolution.searching import ask
@@ -86,13 +86,11 @@ def migrate(islands: Islands, genomes: Genomes, scores: Scores) -> tuple[Genomes
     return genomes, scores
 
 
-def initial_islands(
-    experiment: Experiment, space: GenomeSpace, warm_start: Array | None
-) -> Genomes:
+def initial_islands(experiment: Experiment, space: GenomeSpace, starts: Genomes | None) -> Genomes:
     """Return generation 1 of all islands, (individuals, genes)."""
     islands = range(experiment.islands.number)
     return np.concatenate(
-        [ask(experiment, space, {}, None, 1, island=one, start=warm_start)[0] for one in islands]
+        [ask(experiment, space, {}, None, 1, island=one, starts=starts)[0] for one in islands]
     )
 
 

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace, State
+from gaitsim.contracts import Genomes, GenomeSpace, State
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.scoring import Evaluate, check_terms
 from gaitsim.evolution.islands import (
@@ -103,7 +103,7 @@ def evolve(
     experiment: Experiment,
     evaluate: Evaluate,
     after: Generation | None = None,
-    warm_start: Array | None = None,
+    starts: Genomes | None = None,
     parallel_map: ParallelMap | None = None,
 ) -> Iterator[Generation]:
     """Evolve generation after generation until a stop condition holds.
@@ -112,8 +112,8 @@ def evolve(
         experiment: experiment to evolve.
         evaluate: function that scores a population in the worlds of a generation.
         after: generation to continue from; None starts with the first.
-        warm_start: genome around which the initial population is drawn, (genes,); None for a
-            random population.
+        starts: genomes around which the first generation is drawn, (starts, genes), in place of
+            those that the option `search.start` chooses.
         parallel_map: function that evolves islands on workers, from one migration to the next; None
             evolves all islands in this process, generation by generation. The result is the same.
 
@@ -130,7 +130,7 @@ def evolve(
     ):
         start = time.perf_counter()
         state, evaluated = _next_generations(
-            experiment, space, evaluate, after, warm_start, parallel_map
+            experiment, space, evaluate, after, starts, parallel_map
         )
         seconds = (time.perf_counter() - start) / len(evaluated)
         for genomes, evaluation in evaluated:
@@ -171,7 +171,7 @@ def _next_generations(
     space: GenomeSpace,
     evaluate: Evaluate,
     after: Generation | None,
-    warm_start: Array | None,
+    starts: Genomes | None,
     parallel_map: ParallelMap | None,
 ) -> tuple[State, list[EvaluatedPopulation]]:
     """Return the state before `tell`, and one or more evaluated generations.
@@ -181,15 +181,15 @@ def _next_generations(
     number = after.number + 1 if after else 1
     if experiment.islands.number > 1:  # only searches with an empty state support islands
         if after is None:
-            genomes = initial_islands(experiment, space, warm_start)
+            genomes = initial_islands(experiment, space, starts)
         elif parallel_map is None:
             genomes = next_islands(experiment, space, after.genomes, after.scores, number)
         else:
             return {}, parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
         return {}, [(genomes, evaluate(genomes, number))]
     if after is None:
-        state = initial_state(experiment, space, warm_start)
-        genomes, state = ask(experiment, space, state, None, 1, start=warm_start)
+        state = initial_state(experiment, space, starts)
+        genomes, state = ask(experiment, space, state, None, 1, starts=starts)
     else:
         last = results(after.genomes, after.evaluation)
         genomes, state = ask(experiment, space, after.state, last, number)

@@ -2,24 +2,26 @@
 
 import numpy as np
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, State
+from gaitsim.contracts import Genomes, GenomeSpace, Members, Results, State
+from gaitsim.contracts.search import NO_STARTS
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evaluation.streams import Purpose
-from gaitsim.evolution.context import check_state, context
+from gaitsim.evolution.context import check_state, context, start_points
 from gaitsim.evolution.transferability import search_of
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
 
 
 def initial_state(
-    experiment: Experiment, space: GenomeSpace, start: Array | None = None, island: int = 0
+    experiment: Experiment, space: GenomeSpace, starts: Genomes | None = None, island: int = 0
 ) -> State:
-    """Return the state of a search before its first generation."""
+    """Return the state of a search before its first generation; see `ask` for `starts`."""
+    starts = start_points(experiment, space) if starts is None else starts
     with plugin_errors(experiment.entries["search"], "creating its initial state"):
         state = search_of(experiment).initial(
-            context(experiment, space, 1, Purpose.STATE, island=island, start=start)
+            context(experiment, space, 1, Purpose.STATE, island=island, starts=starts)
         )
     return check_state(experiment, state)
 
@@ -33,7 +35,7 @@ def ask(
     *,
     island: int = 0,
     populations: tuple[int, ...] = (),
-    start: Array | None = None,
+    starts: Genomes | None = None,
 ) -> tuple[Genomes, State]:
     """Ask the search for a generation's genomes.
 
@@ -45,13 +47,18 @@ def ask(
         generation: number of the generation.
         island: number of the island; each island has its own random streams.
         populations: shape of several populations that share the random streams; () for one.
-        start: genome around which the first generation is drawn, (genes,).
+        starts: genomes around which the first generation is drawn, (starts, genes); None uses those
+            that the option `search.start` chooses.
 
     Returns:
         Genomes, (*populations, population, genes), and the state to pass to `tell`.
     """
     entry = experiment.entries["search"]
     purpose = Purpose.INITIAL if last is None else Purpose.ASK
+    if last is not None:
+        starts = NO_STARTS
+    elif starts is None:
+        starts = start_points(experiment, space)
     details = context(
         experiment,
         space,
@@ -59,7 +66,7 @@ def ask(
         purpose,
         island=island,
         populations=populations,
-        start=start,
+        starts=starts,
     )
     with plugin_errors(entry, "choosing genomes"):
         genomes, found = search_of(experiment).ask(state, last, details)

@@ -14,6 +14,7 @@ from gaitsim.contracts import (
     Search,
     Selection,
 )
+from gaitsim.contracts.search import BODY_STARTS, RANDOM_START
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment.model import (
     NO_REALITY,
@@ -24,6 +25,7 @@ from gaitsim.experiment.model import (
     Transferability,
     Worlds,
     space_of,
+    starts_of,
 )
 from gaitsim.experiment.overrides import Problems
 from gaitsim.registry import Entry
@@ -56,6 +58,7 @@ def check_search(
         return  # reported by `check_combination`, as is a space that the search does not support
     if not isinstance(space, search.spaces):
         return
+    _check_start(search.start, entries["organism"], organism, space, problems)
     try:
         with registry.plugin_errors(entry, "checking the population size"):
             objection = search.objection(space, evolution.population)
@@ -68,6 +71,22 @@ def check_search(
             objection,
             remedy="choose a different population, or different options of the search",
         )
+
+
+def _check_start(
+    start: str, entry: Entry, organism: Organism, space: GenomeSpace, problems: Problems
+) -> None:
+    """Report a start point that the body does not have."""
+    if start == RANDOM_START:
+        return
+    try:
+        allowed = [BODY_STARTS, RANDOM_START, *starts_of(entry, organism, space)]
+    except GaitsimError as error:
+        problems.add_plugin_error(f"organism.{PLUGIN}", error)
+        return
+    if start not in allowed:
+        what = f"the body {entry.name!r} has no start point {start!r}"
+        problems.report("search.start", what, ", ".join(allowed), nearest(start, allowed))
 
 
 def check_islands(evolution: Evolution, islands: Islands, problems: Problems) -> None:

@@ -4,12 +4,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, cast
 
+import numpy as np
 from pydantic import BaseModel, ConfigDict
 
 from gaitsim import toml
 from gaitsim.contracts import (
     Crossover,
     Fitness,
+    Genomes,
     GenomeSpace,
     Mutation,
     Organism,
@@ -18,6 +20,7 @@ from gaitsim.contracts import (
     Selection,
     option,
 )
+from gaitsim.contracts.search import BODY_STARTS, RANDOM_START
 from gaitsim.registry import KINDS, Entry, contract_error, options, plugin_errors
 from gaitsim.registry.entry_points import PythonEntry, is_outside
 from gaitsim.registry.options import PLUGIN
@@ -309,6 +312,14 @@ class Experiment(ReprMixin):
         """
         return space_of(self.entries["organism"], self.organism)
 
+    def starts(self) -> dict[str, Genomes]:
+        """Return the start points of the body by name, each (genes,).
+
+        Raises:
+            PluginError: the body fails or breaks its contract.
+        """
+        return starts_of(self.entries["organism"], self.organism, self.space())
+
     def sections(self) -> dict[str, BaseModel]:
         """Return the options that affect the result, by section of the file."""
         found: dict[str, BaseModel] = {"evolution": self.evolution}
@@ -392,6 +403,24 @@ def space_of(entry: Entry, organism: Organism) -> GenomeSpace:
         f"returned a {type(space).__name__} from genome_space()",
         "a RealSpace, a BitSpace or another gaitsim.contracts.GenomeSpace",
     )
+
+
+def starts_of(entry: Entry, organism: Organism, space: GenomeSpace) -> dict[str, Genomes]:
+    """Return the start points of a body by name, each (genes,)."""
+    with plugin_errors(entry, "returning its start points"):
+        found = dict(organism.starts())
+        for name, genome in found.items():
+            if not (isinstance(name, str) and name.isprintable() and name.strip()):
+                raise contract_error(entry, f"names a start point {name!r:.80}", "a printable name")
+            if name in (BODY_STARTS, RANDOM_START):
+                raise contract_error(entry, f"names a start point {name!r}", "another name")
+            if not (isinstance(genome, np.ndarray) and space.contains(genome[None])):
+                raise contract_error(
+                    entry,
+                    f"returned an invalid genome as the start point {name!r}",
+                    f"a valid genome of shape (genes,) = ({space.genes},) in {space.dtype}",
+                )
+    return found
 
 
 def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:

@@ -8,6 +8,8 @@ generation. Until that generation is written, the stage is only a difference bet
 from dataclasses import dataclass, replace
 from typing import TypedDict
 
+import numpy as np
+
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.evolution import Generation, stop_reason
@@ -47,8 +49,8 @@ class ResumePlan:
         experiment: experiment of the coming generations.
         last: last generation, with the progress that the next one starts from; None before the
             first.
-        start: genome from which the initial population is built, (genes,); None draws it at
-            random.
+        start: genome that the run was started from, (1, genes); None begins as the experiment's
+            option `search.start` says.
         stages: stages that have ended, including the one ended by `changes`.
         changes: changes that start a stage; () if there are none.
         warning: problems of the run that do not prevent it from continuing, or ''.
@@ -92,7 +94,7 @@ def plan_resume(
         experiment = run.experiment_with(given)
         experiment.check_functions()
         check_size(experiment)
-        return ResumePlan(experiment, None, start_genome(run, experiment), (), (), "", edited)
+        return ResumePlan(experiment, None, warm_start(run, experiment), (), (), "", edited)
     experiment = _changed_experiment(run, checkpoint, given)
     _check_state(run, experiment, checkpoint)
     _ = run.history, run.islands  # raises an error if they are damaged
@@ -235,8 +237,8 @@ def _compare_versions(
     )
 
 
-def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:
-    """Return the genome of the initial population, (genes,); None for a random population."""
+def warm_start(run: RunSnapshot, experiment: Experiment) -> Array | None:
+    """Return the genome that the run was started from, (1, genes), or None."""
     try:
         start = run.start
     except CheckpointError as error:
@@ -245,4 +247,4 @@ def start_genome(run: RunSnapshot, experiment: Experiment) -> Array | None:
     if start is None:
         return None
     check_start(experiment, start, str(run.path / START))
-    return start.genome
+    return np.asarray(start.genome)[None]

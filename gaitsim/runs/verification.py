@@ -24,7 +24,7 @@ from gaitsim.runs.files.checkpoint import Checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS
 from gaitsim.runs.files.history import best_terms
 from gaitsim.runs.provenance import Provenance, current_versions, differences, read_provenance
-from gaitsim.runs.resume import start_genome
+from gaitsim.runs.resume import warm_start
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.stages import Change, restore_generation
 
@@ -92,7 +92,7 @@ def _evolve(
     """Yield the generations after `last` up to `until`, all of one stage."""
     stage = run.stage_at(until)
     experiment = _endless(run.experiment_at(until), until)
-    start = start_genome(run, experiment) if last is None else None
+    start = warm_start(run, experiment) if last is None else None
     with new_evaluator(experiment) as evaluator:
         if last is not None and last.number < stage.first:
             progress = last.progress.next_stage(

@@ -29,7 +29,7 @@ from gaitsim_fly.motion import flight_motion, measures, skeleton
 from gaitsim_fly.options import COURSES, FlyOptions, push, wing_offsets
 
 
-def starts(
+def start_states(
     trials: int,
     seed: int,
     inertia: NDArray[np.float64],
@@ -161,9 +161,9 @@ class Fly(FlyOptions):
         limit = np.full(len(labels), self.weight_limit)
         return RealSpace(-limit, limit, labels, np.full(len(labels), self.weight_sigma))
 
-    def starts(self) -> NDArray[np.float64]:
+    def start_states(self) -> NDArray[np.float64]:
         """Return the state at the start of each trial, (trials, STATE); see `flight`."""
-        return starts(
+        return start_states(
             self.trials,
             self.trial_seed,
             self.mechanics(self.world).inertia,
@@ -207,7 +207,7 @@ class Fly(FlyOptions):
         courses = self._courses()
         fly(
             np.ascontiguousarray(genomes, dtype=np.float64),
-            self.starts(),
+            self.start_states(),
             courses,
             *self.control_arguments(own),
             wing_offsets(self.world, planar=self.planar),

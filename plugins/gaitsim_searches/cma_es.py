@@ -179,7 +179,8 @@ class CmaEs(Search):
     """Learns which combined changes of genes raise the score, using only the ranks of scores.
 
     Samples come from a normal distribution whose mean, covariance and step size adapt to the best
-    samples. After convergence, the search restarts from a random genome with twice the samples.
+    samples. The search begins around the first start point. After convergence, it restarts with
+    twice the samples from the next start point, or from a random genome without another one.
 
     Hansen 2016, "The CMA evolution strategy: a tutorial"; Auger and Hansen 2005, "A restart CMA
     evolution strategy with increasing population size"; Ros and Hansen 2008 for `separable`;
@@ -195,6 +196,13 @@ class CmaEs(Search):
         0.2,
         "standard deviation of the first samples, as a share of the gene's range, unless the body "
         "defines its own",
+        gt=0,
+        le=1,
+    )
+    start_step: float = option(
+        0.1,
+        "standard deviation of the first samples around a start point, as a share of the gene's "
+        "range; if the body defines its own deviations, they shrink by the ratio to 'step'",
         gt=0,
         le=1,
     )
@@ -222,7 +230,7 @@ class CmaEs(Search):
 
     def initial(self, context: Context) -> State:
         """Return the state that holds the distribution of the first samples."""
-        return self._initial_state(context, 0, context.start)
+        return self._initial_state(context, 0, context.starts)
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Draw samples, (population, genes), for the next update of the distribution."""
@@ -243,7 +251,7 @@ class CmaEs(Search):
             return collected
         updated = self._updated(collected)
         if self.restarts and converged(updated, scores, self.tolerance):
-            return self._initial_state(context, restarts + 1)
+            return self._initial_state(context, restarts + 1, state["starts"])
         return updated
 
     def figures(self, state: State) -> Mapping[str, float]:
@@ -269,19 +277,20 @@ class CmaEs(Search):
             return f"its covariance is not {self.covariance}"
         return ""
 
-    def _initial_state(
-        self, context: Context, restarts: int, start: Genomes | None = None
-    ) -> State:
+    def _initial_state(self, context: Context, restarts: int, starts: Genomes) -> State:
+        """Return the state around the first start point, or around a random genome without any."""
         space = real_space(context.space)
         genes = space.genes
         deviations = np.full(genes, self.step)
         if space.initial_sigma is not None:
             deviations = space.initial_sigma / space.width
+        if len(starts):
+            deviations = deviations * (self.start_step / self.step)
         step = np.sqrt(np.mean(np.square(deviations)))
         lengths = deviations / step
         full = self.covariance == "full"
         return {
-            "mean": point(context.random(1)[0] if start is None else start, space),
+            "mean": point(starts[0] if len(starts) else context.random(1)[0], space),
             "step": np.array(step),
             "covariance": np.diag(np.square(lengths)) if full else np.square(lengths),
             "lengths": lengths,
@@ -291,6 +300,7 @@ class CmaEs(Search):
             "updates": np.array(0),
             "decomposed": np.array(0),
             "restarts": np.array(restarts),
+            "starts": np.asarray(starts[1:], np.float64).reshape(-1, genes),
             "drawn": np.empty((0, genes)),
             "steps": np.empty((0, genes)),
             "scores": np.empty(0),

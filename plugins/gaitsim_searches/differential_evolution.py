@@ -53,9 +53,16 @@ class DifferentialEvolution(Search):
         1.0, "size of the archive of replaced genomes, in populations", ge=0, le=10
     )
     restarts: bool = option(True, "whether to restart after convergence")
+    start_share: float = option(
+        0.25,
+        "share of the first genomes that are start points and genomes near them, if the body has "
+        "start points; the rest is random",
+        gt=0,
+        le=1,
+    )
     spread: float = option(
         0.1,
-        "standard deviation of the first genomes around a warm start, as a share of the gene's "
+        "standard deviation of the first genomes around a start point, as a share of the gene's "
         "range",
         gt=0,
         le=1,
@@ -92,8 +99,7 @@ class DifferentialEvolution(Search):
         """Return the first genomes, then one trial for each genome, (population, genes)."""
         space, rng, genomes = real_space(context.space), context.rng, state["genomes"]
         if not len(genomes):
-            start = context.start if last is None else None
-            return self._first_genomes(space, start, context), state
+            return context.begin(self.start_share, lambda one: self._near(one, context)), state
         place = rng.integers(self.memory, size=len(genomes))
         scale = draw_scales(state["memory F"][place], rng)
         rate = np.clip(
@@ -108,13 +114,13 @@ class DifferentialEvolution(Search):
         trials = np.where(crossed, mutants, genomes)
         return trials, {**state, "trial F": scale, "trial CR": rate}
 
-    def _first_genomes(self, space: RealSpace, start: Genomes | None, context: Context) -> Genomes:
-        if start is None:
-            return context.random(context.population)
-        shape = (context.population, space.genes)
-        genomes = start + self.spread * space.width * standard_normal(context.rng, shape)
-        genomes[0] = start
-        return context.repair(genomes)
+    def _near(self, genomes: Genomes, context: Context) -> Genomes:
+        """Return genomes near others; they must be repaired."""
+        space = real_space(context.space)
+        near: Genomes = genomes + self.spread * space.width * standard_normal(
+            context.rng, genomes.shape
+        )
+        return near
 
     def _draw_others(
         self, state: State, rng: np.random.Generator

@@ -8,7 +8,6 @@ from gaitsim.contracts import (
     Context,
     Genomes,
     GenomeSpace,
-    Operators,
     Results,
     Search,
     State,
@@ -20,11 +19,19 @@ class Genetic(Search):
     """A generational genetic algorithm with elitism (Holland 1975, De Jong 1975).
 
     The best individuals are copied. The experiment's operators select and cross parents, and mutate
-    their children. With a warm start, the first population is its genome and mutants of it.
+    their children. Part of the first population consists of start points and mutants of them.
     """
 
     elites: int = option(
         1, "number of best individuals copied unchanged into the next generation", ge=0
+    )
+
+    start_share: float = option(
+        0.1,
+        "share of the first population that consists of start points and mutants of them, if the "
+        "body has start points; the rest is random",
+        gt=0,
+        le=1,
     )
 
     portable: ClassVar[bool] = True
@@ -46,7 +53,7 @@ class Genetic(Search):
         if operators is None:
             raise ValueError("a genetic algorithm needs operators")
         if last is None:
-            return _first_population(context, operators), state
+            return context.begin(self.start_share, operators.mutate), state
         if self.elites == 1:  # fifty times as fast as sorting
             best = last.scores.argmax(axis=-1)[..., None]
         else:  # a stable sort keeps the order of equal scores
@@ -56,12 +63,3 @@ class Genetic(Search):
         children = operators.mutate(operators.cross(last.genomes, parents, wanted))
         kept = np.take_along_axis(last.genomes, best[..., None], axis=-2)
         return np.concatenate([kept, children], axis=-2), state
-
-
-def _first_population(context: Context, operators: Operators) -> Genomes:
-    """Return the first population, (*populations, population, genes)."""
-    if context.start is not None:
-        copies = np.tile(context.start, (context.population - 1, 1))
-        return np.concatenate([context.start[None], operators.mutate(copies)])
-    shape = (*context.populations, context.population)
-    return context.random(int(np.prod(shape))).reshape(*shape, -1)

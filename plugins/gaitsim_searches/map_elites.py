@@ -123,7 +123,8 @@ class MapElites(Search):
     )
     random: int = option(
         1,
-        "number of random generations before the first variation; a warm start replaces them",
+        "number of random generations before the first variation; half of the first consists of "
+        "start points and variations of them, if there are any",
         ge=1,
     )
     offset: float = option(
@@ -210,10 +211,10 @@ class MapElites(Search):
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Return random genomes at first, later variations of elites or samples of the emitters."""
         archive, emitters = Archive.from_state(state), Emitters.from_state(state)
-        varies = context.start is not None or context.generation > self.random
-        if not varies or (context.start is None and not len(archive.cells)):
+        if context.generation <= self.random or not len(archive.cells):
             none = Emitters.create(np.empty((0, context.space.genes)), self.step)
-            return context.random(context.population), {**state, **none.arrays()}
+            genomes = context.begin(0.5, lambda starts: self._varied(starts, starts, context))
+            return genomes, {**state, **none.arrays()}
         if self._emits:
             if len(emitters.mean) != self.emitters:
                 means = self._origins(archive, self.emitters, context)
@@ -223,9 +224,10 @@ class MapElites(Search):
                 emitters, context.population, real_space(context.space), context.rng
             )
         else:
-            genomes = self._varied(archive, context)
-        if not len(archive.cells) and context.start is not None:
-            genomes[0] = context.start
+            elites = self._origins(archive, context.population, context)
+            line = self.variation == "line"
+            others = self._origins(archive, context.population, context) if line else elites
+            genomes = self._varied(elites, others, context)
         return context.repair(genomes), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
@@ -323,17 +325,14 @@ class MapElites(Search):
         return np.frombuffer("\0".join(self.axes).encode(), np.uint8)
 
     def _origins(self, archive: Archive, count: int, context: Context) -> Genomes:
-        """Draw elites, (count, genes); without elites, copies of the start or random genomes."""
+        """Draw elites, (count, genes); without elites, random genomes."""
         if len(archive.cells):
             return archive.genomes[context.rng.integers(0, len(archive.cells), count)]
-        if context.start is None:
-            return context.random(count)
-        return np.repeat(np.asarray(context.start)[None], count, 0)
+        return context.random(count)
 
-    def _varied(self, archive: Archive, context: Context) -> Genomes:
-        elites = self._origins(archive, context.population, context)
+    def _varied(self, elites: Genomes, others: Genomes, context: Context) -> Genomes:
+        """Return variations of elites, (count, genes), along the line to others if so chosen."""
         line = self.variation == "line"
-        others = self._origins(archive, context.population, context) if line else elites
         if isinstance(context.space, RealSpace):
             changed = mutate_all_genes(elites, context.space, self.sigma, context.rng)
             if not line:

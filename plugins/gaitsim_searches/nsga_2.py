@@ -104,18 +104,14 @@ class Nsga2(Search):
         }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Breed children of the survivors; the first generation is random.
+        """Breed children of the survivors.
 
-        With a warm start, half of the first generation is its genome and mutants of it.
+        Half of the first generation consists of start points and mutants of them, if there are any;
+        the rest is random.
         """
         if len(state["genomes"]):
             return self._children(state, context), state
-        genomes = context.random(context.population)
-        if context.start is not None:
-            half = -(-context.population // 2)
-            genomes[:half] = self._mutants(np.tile(context.start, (half, 1)), context)
-            genomes[0] = context.start
-        return context.repair(genomes), state
+        return context.begin(0.5, lambda genomes: self._mutants(genomes, context)), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
         """Select the survivors from the previous survivors and their children."""

@@ -1,9 +1,8 @@
 """Random search: new random genomes in each generation, the baseline for all searches."""
 
-from math import prod
-from typing import ClassVar
+from typing import ClassVar, Literal
 
-from gaitsim.contracts import Genomes
+from gaitsim.contracts import Genomes, option
 from gaitsim.contracts.search import Context, Results, Search, State
 
 
@@ -13,13 +12,13 @@ class RandomSearch(Search):
     Brooks 1958, "A discussion of random methods for seeking maxima".
     """
 
+    start: Literal["random"] = option(
+        "random", "where the search begins: random genomes, because it never uses the body's starts"
+    )
+
     portable: ClassVar[bool] = True
     several: ClassVar[bool] = True
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return random genomes; a warm start is the first genome of the first generation."""
-        shape = (*context.populations, context.population)
-        genomes = context.random(prod(shape)).reshape(*shape, context.space.genes)
-        if last is None and context.start is not None:
-            genomes[..., 0, :] = context.start
-        return genomes, state
+        """Return random genomes; with a warm start, the very first is its genome."""
+        return context.begin(1 / context.population, lambda genomes: genomes), state

@@ -100,6 +100,29 @@ def _oscillator_groups(frequency: float, symmetric: bool) -> tuple[GeneGroup, ..
     return tuple(group.halved(math.pi if group.name == "phase" else 0.0) for group in groups)
 
 
+def tetrapod(frequency: float, symmetric: bool) -> NDArray[np.float64]:
+    """Return an alternating tetrapod made by hand, as a genome (genes,) of 'sine' and 'cpg'.
+
+    Coxae swing as far as they may, and femora lift the feet while they swing forward. Feet of legs
+    that point forward are reached out as their coxae swing forward, those of legs that point
+    backward as their coxae swing back, which lengthens the stride.
+    """
+    side = len(body.LEGS) // 2
+    forward = body.AZIMUTH[:side].astype(np.float64)
+    reach = np.abs(forward) / forward.max()
+    amplitude = np.stack([np.ones(side), np.full(side, 0.6), reach], axis=1)
+    lag = np.stack([np.full(side, math.pi / 2), np.where(forward > 0, 0.0, math.pi)], axis=1)
+    amplitude *= largest_amplitude(frequency)
+    copies = 1 if symmetric else 2
+    return np.concatenate(
+        [
+            np.tile(amplitude.ravel(), copies),
+            _TETRAPOD[: side * copies],
+            np.tile(lag.ravel(), copies),
+        ]
+    )
+
+
 def _values(genomes: Genomes, groups: tuple[GeneGroup, ...]) -> tuple[Any, Any, Any]:
     """Return amplitudes (population, 24), leg phases (population, 8), lags (population, 24)."""
     amplitude, phase, follower_lag = split_genomes(genomes, groups)

@@ -40,7 +40,7 @@ from gaitsim.portable import cos, norm, sin
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last, time_second
 from gaitsim_spider.damage import Legs, SpiderAnatomy, damaged_anatomy
-from gaitsim_spider.encodings import ENCODINGS, Angles
+from gaitsim_spider.encodings import ENCODINGS, Angles, tetrapod
 
 LEG_MASS = "leg_mass"
 
@@ -203,6 +203,12 @@ class Spider(Organism):
     def genome_space(self) -> GenomeSpace:
         """Return the space of 48 genes, two per joint in any encoding; 24 for alternating gaits."""
         return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
+
+    def starts(self) -> Mapping[str, Array]:
+        """Return an alternating tetrapod made by hand; {} with the encoding 'recurrence'."""
+        if self.encoding == "recurrence":
+            return {}
+        return {"tetrapod": tetrapod(self.frequency, self.symmetry == "alternating")}
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk with the joint angles that genomes decode to, as far as damaged joints allow."""

@@ -32,7 +32,11 @@ def test_the_initial_population_is_drawn_by_the_seed(puppet):
 
 @pytest.mark.parametrize("probability", [0.0, 0.6, 0.9])
 def test_pairs_that_are_not_crossed_have_copies_for_children(probability):
-    options = {"crossover.plugin": "blend", "crossover.pair_probability": probability}
+    options = {
+        "crossover.plugin": "blend",
+        "crossover.pair_probability": probability,
+        "search.start": "random",
+    }
     experiment, pairs = load_experiment("spider", options), 20_000
     space = experiment.space()
     genomes = initial_population(experiment, space)

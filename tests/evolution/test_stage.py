@@ -40,7 +40,7 @@ def test_a_reevaluated_generation_keeps_its_genomes(puppet):
 
 
 def test_a_warm_start_checks_the_contract_of_the_mutation(puppet, puppets, monkeypatch):
-    experiment = puppet()
+    experiment = puppet("search.start_share=1")
     monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes[1:])
     with pytest.raises(PluginError, match="mutation 'puppet-jitter'"):
         warm_start_population(experiment, experiment.space(), np.zeros(3))

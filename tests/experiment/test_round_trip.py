@@ -84,7 +84,7 @@ def values_of(field):
 @st.composite
 def models(draw, model):
     options = {
-        name: draw(values_of(field))
+        name: draw(st.sampled_from(["body", "random"]) if name == "start" else values_of(field))
         for name, field in model.model_fields.items()
         if name
         != "model"  # of a robot: a name or text at random is none, and reading it takes long

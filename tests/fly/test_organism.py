@@ -99,10 +99,10 @@ def test_all_starts_but_the_first_vary_and_are_reproducible() -> None:
     assert (np.abs(first["position"]) <= fly.start_offset).all()
     assert (np.abs(first["velocity"]) <= fly.start_speed).all()
     other = Fly(wings="asymmetric", trials=4, duration=0.1, trial_seed=1)
-    assert (fly.starts() == Fly(wings="asymmetric", trials=4).starts()).all()
-    assert (other.starts()[1:, :3] != fly.starts()[1:, :3]).all()
-    more = Fly(wings="asymmetric", trials=9).starts()
-    assert (more[:4] == fly.starts()).all()
+    assert (fly.start_states() == Fly(wings="asymmetric", trials=4).start_states()).all()
+    assert (other.start_states()[1:, :3] != fly.start_states()[1:, :3]).all()
+    more = Fly(wings="asymmetric", trials=9).start_states()
+    assert (more[:4] == fly.start_states()).all()
 
 
 def test_homogeneous_matrices_move_the_skeleton() -> None:

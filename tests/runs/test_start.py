@@ -83,16 +83,16 @@ def test_invalid_references_to_individuals_are_errors(staged, reference, says):
         find_individual(reference)
 
 
-def test_the_initial_population_is_the_individual_and_its_mutations(puppet, staged):
+def test_the_first_population_begins_at_the_individual_and_its_mutants(puppet, staged):
     start = find_individual("staged@2")
-    experiment = puppet("seed=5")
+    experiment = puppet("seed=5", "search.start_share=0.5")
     run = evolve_run(create_run(experiment, Path("from"), start), 1)
     genomes = run.checkpoint.genomes
     assert genomes[0].tobytes() == start.genome.tobytes()
-    copies = np.tile(start.genome, (5, 1))
+    copies = np.tile(start.genome, (2, 1))
     noise = stream(5, 1, Purpose.MUTATION)
     mutants = experiment.mutation.mutate(copies, experiment.space(), noise)
-    assert np.array_equal(genomes[1:], experiment.space().repair(mutants))
+    assert np.array_equal(genomes[1:3], experiment.space().repair(mutants))
     assert len(np.unique(genomes, axis=0)) == 6
     assert run.individual(1).score >= evaluate(experiment, start.genome[None]).scores[0]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import RealSpace
-from gaitsim.contracts.search import Context, Results, Search, State
+from gaitsim.contracts.search import NO_STARTS, Context, Results, Search, State
 
 Score = Callable[[NDArray[Any]], NDArray[np.float64]]
 
@@ -36,13 +36,15 @@ def generations(
         score: function from genomes (population, genes) to scores (population,).
         population: number of genomes in each generation.
         seed: seed of all random draws.
-        start: genome of a warm start, (genes,).
+        start: start point, (genes,).
         after: number, state and results of the generation to continue from.
     """
 
     def context(generation: int, call: int) -> Context:
         rng = np.random.default_rng([seed, generation, call])
-        return Context(space, population, generation, rng, start=start)
+        return Context(
+            space, population, generation, rng, starts=NO_STARTS if start is None else start[None]
+        )
 
     generation, state, last = after or (0, search.initial(context(1, 0)), None)
     while True:

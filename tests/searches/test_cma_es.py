@@ -149,7 +149,7 @@ def test_the_fold_is_smooth_and_reaches_both_bounds():
 
 def test_a_warm_start_is_the_mean_of_the_first_samples():
     space, start = box(3), np.array([4.0, -4.0, 0.5])
-    _, results = next(generations(CmaEs(step=1e-3), space, sphere, 50, start=start))
+    _, results = next(generations(CmaEs(start_step=1e-3), space, sphere, 50, start=start))
 
     np.testing.assert_allclose(results.genomes.mean(axis=0), start, atol=0.01)
 

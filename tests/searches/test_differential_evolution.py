@@ -162,12 +162,15 @@ def test_periodic_genes_cross_their_bounds():
     assert not ((genomes > 2) & (genomes < 3.6)).all(axis=1).any()
 
 
-def test_a_warm_start_is_the_first_genome_and_the_mean_of_the_others():
+def test_a_quarter_of_the_first_genomes_is_a_start_point_and_genomes_around_it():
     start = np.array([4.0, -4.9, 0.5])
-    genomes, _ = SEARCH.ask(SEARCH.initial(context()), None, context(population=4_000, start=start))
+    context_of_start = context(population=4_000, starts=start[None])
+    genomes, _ = SEARCH.ask(SEARCH.initial(context()), None, context_of_start)
 
     np.testing.assert_array_equal(genomes[0], start)
     assert box(3).contains(genomes)
+    assert genomes[1_000:, 2].std() == pytest.approx(10 / np.sqrt(12), rel=0.05)
+    genomes = genomes[:1_000]
     assert genomes[:, 2].std() == pytest.approx(SEARCH.spread * 10, rel=0.05)
     assert np.median(genomes, axis=0) == pytest.approx(start, abs=0.1)
 

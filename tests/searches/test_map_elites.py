@@ -7,6 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from gaitsim.contracts import BitSpace, Context, RealSpace, Results
+from gaitsim.contracts.search import NO_STARTS
 from gaitsim_searches.map_elites import MapElites
 
 VARIATIONS = ["isotropic", "line", "cma-me", "cma-mae"]
@@ -23,7 +24,7 @@ BITS = BitSpace(tuple(map(str, range(12))))
 
 def _context(generation, space=ARM, population=42, start=None, stream=0):
     rng = np.random.default_rng([1, generation, stream])
-    return Context(space, population, generation, rng, start)
+    return Context(space, population, generation, rng, NO_STARTS if start is None else start[None])
 
 
 def _reach(genomes):
@@ -93,14 +94,15 @@ def test_failed_individuals_and_unknown_values_do_not_enter(variation):
 
 
 @pytest.mark.parametrize("variation", VARIATIONS)
-def test_a_warm_start_is_the_first_genome_and_the_mean_of_the_others(variation):
+def test_half_of_the_first_genomes_are_a_start_point_and_genomes_around_it(variation):
     search = MapElites(axes=AXES, cells=(9, 9), variation=variation, sigma=0.01, step=0.01)
     start = np.linspace(-0.5, 0.5, JOINTS)
     context = _context(1, start=start)
     genomes, _ = search.ask(search.initial(context), None, context)
     np.testing.assert_array_equal(genomes[0], start)
-    deviations = (genomes[1:] - start) / ARM.width
+    deviations = (genomes[1:21] - start) / ARM.width
     assert 0.007 < deviations.std() < 0.013
+    assert (genomes[21:] - start).std() > 0.1
 
 
 def test_members_have_the_cells_and_values_of_their_genomes():

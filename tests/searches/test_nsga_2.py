@@ -6,7 +6,7 @@ from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
-from gaitsim.contracts.search import Context, Results
+from gaitsim.contracts.search import NO_STARTS, Context, Results
 from gaitsim_searches.breeding import exchange_segment, polynomial, simulated_binary
 from gaitsim_searches.nsga_2 import Nsga2
 
@@ -20,7 +20,7 @@ def _reals(genes, *, lower=0.0, upper=1.0, periodic=None):
 
 def _context(space, generation, purpose, population=20, start=None):
     rng = np.random.default_rng([3, generation, purpose])
-    return Context(space, population, generation, rng, start)
+    return Context(space, population, generation, rng, NO_STARTS if start is None else start[None])
 
 
 def _zdt1(genomes):

@@ -39,7 +39,7 @@ def test_bits_are_fair_and_repaired():
 @pytest.mark.parametrize("populations", [(), (3,)], ids=["one", "several"])
 def test_a_warm_start_is_the_first_genome_of_the_first_generation(populations):
     start = np.array([1.0, 2.0])
-    genomes = _asked(box(2), 5, start=start, populations=populations)
+    genomes = _asked(box(2), 5, starts=start[None], populations=populations)
 
     assert genomes.shape == (*populations, 5, 2)
     np.testing.assert_array_equal(genomes[..., 0, :], np.broadcast_to(start, (*populations, 2)))

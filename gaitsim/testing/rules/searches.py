@@ -239,7 +239,7 @@ def _check_space(trial: SearchTrial, what: str) -> Iterator[Finding]:
         yield from check_observers(case_trial, description)
     if (yield from any_error(_check_resume(trial, what))):
         return
-    yield from _check_warm_start(trial, what)
+    yield from _check_starts(trial, what)
     if trial.search.several:
         yield from _check_several_populations(trial, what)
 
@@ -347,15 +347,16 @@ def _store_and_load(state: Mapping[str, Any]) -> dict[str, Any]:
         return dict(arrays)
 
 
-def _check_warm_start(trial: SearchTrial, what: str) -> Iterator[Finding]:
-    start = trial.space.random(1, np.random.default_rng(9))[0]
-    lent = start.copy()
-    state = trial.search.initial(trial.context(1, 0, start=lent))
-    genomes, _ = trial.search.ask(state, None, trial.context(1, 1, start=lent))
-    if not (trial.space.contains(genomes) and len(genomes) == trial.population):
-        expected = f"valid genomes after a warm start ({what})"
-        yield error("bounds", expected, "invalid genomes", "")
-    yield from check_unchanged("ask()", f"{what}, warm start", start, lent)
+def _check_starts(trial: SearchTrial, what: str) -> Iterator[Finding]:
+    for count in (1, trial.population + 1):
+        starts = trial.space.random(count, np.random.default_rng(9))
+        lent = starts.copy()
+        state = trial.search.initial(trial.context(1, 0, starts=lent))
+        genomes, _ = trial.search.ask(state, None, trial.context(1, 1, starts=lent))
+        if not (trial.space.contains(genomes) and len(genomes) == trial.population):
+            expected = f"valid genomes around {count} start points ({what})"
+            yield error("bounds", expected, "invalid genomes", "")
+        yield from check_unchanged("ask()", f"{what}, {count} start points", starts, lent)
 
 
 def _check_several_populations(trial: SearchTrial, what: str) -> Iterator[Finding]:
