@@ -32,7 +32,7 @@ import numpy as np
 from scipy.optimize import differential_evolution
 
 from gaitsim.contracts import RealSpace
-from gaitsim.contracts.search import Context, Results, Search
+from gaitsim.contracts.search import NO_STARTS, Context, Results, Search
 
 TARGETS = np.logspace(2, -8, 51)
 BUDGET = 1_000  # evaluations per dimension
@@ -104,7 +104,7 @@ def gaitsim_search(
                     size,
                     generation,
                     np.random.default_rng([*trial.seed, generation, call]),
-                    start=trial.start() if warm else None,
+                    starts=trial.start()[None] if warm else NO_STARTS,
                 )
                 for call in range(3)
             )
@@ -160,7 +160,7 @@ def searches() -> dict[str, Minimise]:
     from gaitsim_searches.differential_evolution import DifferentialEvolution
 
     return {
-        "cma-es": gaitsim_search(CmaEs(), default_population, warm=True),
+        "cma-es": gaitsim_search(CmaEs(start_step=0.2), default_population, warm=True),
         "differential-evolution": gaitsim_search(
             DifferentialEvolution(), lambda dimension: round(6 * np.sqrt(dimension))
         ),

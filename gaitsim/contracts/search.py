@@ -358,13 +358,17 @@ class Search(Plugin):
     def remembered(self, state: State) -> Genomes | None:
         """Return the genomes whose scores the state contains, (genomes, genes); None by default.
 
-        gaitsim re-evaluates them between `ask` and `tell` when the body, the fitness or the worlds
-        of a run change, and when worlds are redrawn.
+        gaitsim re-evaluates them when the body, the fitness or the worlds of a run change, and,
+        between `ask` and `tell`, when worlds are redrawn.
         """
         return None
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
-        """Return the state with new scores and values for its `remembered` genomes."""
+        """Return the state with new scores and values for its `remembered` genomes.
+
+        Also called without genomes if `remembered` returns none, so that the search drops other
+        scores, such as a history, which cannot be compared with new ones.
+        """
         return state
 
     def mismatch(self, state: State, context: Context) -> str:

@@ -135,12 +135,15 @@ def reevaluate_remembered(
         The state, and the number of genomes that were evaluated.
     """
     search, entry = search_of(experiment), experiment.entries["search"]
+    space = experiment.space()
     with plugin_errors(entry, "listing the genomes it remembers"):
         genomes = search.remembered(state)
     if genomes is None or not len(genomes):
-        return state, 0
-    again = results(genomes, evaluate(genomes, generation))
-    details = context(experiment, experiment.space(), generation, Purpose.TELL, redrawn=redrawn)
+        genomes = space.random(0, np.random.default_rng(0))
+        again = Results(genomes, np.empty(0), dict.fromkeys(experiment.search.reads(), np.empty(0)))
+    else:
+        again = results(genomes, evaluate(genomes, generation))
+    details = context(experiment, space, generation, Purpose.TELL, redrawn=redrawn)
     with plugin_errors(entry, "receiving new scores"):
         state = search.rescored(state, again, details)
     return check_state(experiment, state), len(genomes)

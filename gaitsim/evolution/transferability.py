@@ -229,6 +229,8 @@ class TransferabilitySearch:
         The tests in reality are costly, and are not repeated if only the worlds were redrawn.
         """
         tests, before = _split(state)
+        if not len(results.genomes):
+            return _joined(self._search.rescored(before, results, context), tests)
         count = len(results.genomes) - tests.count
         kept, tested = _rows(results, slice(None, count)), _rows(results, slice(count, None))
         if tests.count:

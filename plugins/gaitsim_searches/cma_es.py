@@ -248,7 +248,7 @@ class CmaEs(Search):
         collected = {**state, "steps": steps, "scores": scores, "drawn": state["drawn"][:0]}
         restarts = int(state["restarts"])
         if len(scores) < context.population * 2**restarts:
-            return collected
+            return {**collected, "waiting": np.concatenate([state["waiting"], results.genomes])}
         updated = self._updated(collected)
         if self.restarts and converged(updated, scores, self.tolerance):
             return self._initial_state(context, restarts + 1, state["starts"])
@@ -264,8 +264,19 @@ class CmaEs(Search):
         }
 
     def remembered(self, state: State) -> Genomes | None:
-        """Return None: scores matter only as ranks within an update."""
-        return None
+        """Return the samples whose update is not complete; None without any.
+
+        Other scores matter only as ranks within an update.
+        """
+        return state["waiting"] if len(state["waiting"]) else None
+
+    def rescored(self, state: State, results: Results, context: Context) -> State:
+        """Return the state with new scores of the waiting samples, and without a history.
+
+        The distribution stays: what it has learned may hold for the new scores as well.
+        """
+        none = np.empty(0)
+        return {**state, "scores": results.scores, "best scores": none, "middle scores": none}
 
     def mismatch(self, state: State, context: Context) -> str:
         """Return why a state does not fit the space or the covariance, or ''."""
@@ -303,6 +314,7 @@ class CmaEs(Search):
             "starts": np.asarray(starts[1:], np.float64).reshape(-1, genes),
             "drawn": np.empty((0, genes)),
             "steps": np.empty((0, genes)),
+            "waiting": np.empty((0, genes)),
             "scores": np.empty(0),
             "best scores": np.empty(0),
             "middle scores": np.empty(0),
@@ -367,6 +379,7 @@ class CmaEs(Search):
             "step path": step_path,
             "updates": np.array(updates),
             "steps": state["steps"][:0],
+            "waiting": state["waiting"][:0],
             "scores": scores[:0],
             "best scores": history(state["best scores"], scores.max(), genes, samples, updates),
             "middle scores": history(

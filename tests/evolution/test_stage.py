@@ -1,6 +1,7 @@
 import math
 from dataclasses import replace
 from functools import partial
+from itertools import islice
 
 import numpy as np
 import pytest
@@ -37,6 +38,17 @@ def test_a_reevaluated_generation_keeps_its_genomes(puppet):
     following = next(evolve(other, partial(evaluate, other), reevaluated))
     assert (following.number, following.progress.stage) == (2, 2)
     assert following.progress.evaluations == 66
+
+
+def test_a_search_that_remembers_no_genomes_drops_its_history_of_scores(puppet):
+    experiment = puppet("search.plugin=cma-es", "evolution.population=8")
+    other = puppet("search.plugin=cma-es", "evolution.population=8", "fitness.price=1")
+    last = list(islice(evolve(experiment, partial(evaluate, experiment)), 3))[-1]
+    assert len(last.state["best scores"]) == 3
+    reevaluated = reevaluate(other, last, partial(evaluate, other))
+    assert len(reevaluated.state["best scores"]) == 0
+    assert reevaluated.progress.evaluations == 24
+    np.testing.assert_array_equal(reevaluated.state["mean"], last.state["mean"])
 
 
 def test_a_warm_start_checks_the_contract_of_the_mutation(puppet, puppets, monkeypatch):

@@ -9,7 +9,7 @@ from scipy.special import gamma
 from scipy.stats import ortho_group
 from searching import box, generations
 
-from gaitsim.contracts.search import Context
+from gaitsim.contracts.search import Context, Results
 from gaitsim_searches import cma_es as fold
 from gaitsim_searches.cma_es import CmaEs, rates
 
@@ -173,6 +173,39 @@ def test_a_larger_tolerance_restarts_sooner():
         return [int(state["restarts"]) for state, _ in found][-1]
 
     assert restarts(CmaEs(tolerance=1e-2)) > restarts(FULL) == 0
+
+
+def test_scores_of_a_new_stage_do_not_restart():
+    """The new fitness is lower by a constant, which changes no rank."""
+    found = generations(FULL, box(GENES), ellipsoid, 10)
+    state, last = next(islice(found, 199, None))
+    whole = [state for state, _ in islice(found, 60)]
+    assert FULL.remembered(state) is None
+
+    none = Results(last.genomes[:0], np.empty(0))
+    state = FULL.rescored(state, none, _context(GENES))
+    last = Results(last.genomes, last.scores - 1e3)
+    rest = generations(
+        FULL, box(GENES), lambda genomes: ellipsoid(genomes) - 1e3, 10, after=(200, state, last)
+    )
+    for (now, _), expected in zip(rest, whole, strict=False):
+        assert now["restarts"] == 0
+        np.testing.assert_array_equal(now["mean"], expected["mean"])
+
+
+def test_samples_that_wait_for_an_update_are_rescored():
+    found = generations(FULL, box(2), sphere, 6)
+    state, last = next(
+        (state, last) for state, last in found if state["restarts"] and len(state["scores"])
+    )
+    waiting = FULL.remembered(state)
+    assert waiting is not None
+    np.testing.assert_array_equal(waiting, last.genomes)
+    np.testing.assert_array_equal(sphere(waiting), state["scores"])
+
+    after = FULL.rescored(state, Results(waiting, sphere(waiting) / 2), _context(2))
+    np.testing.assert_array_equal(after["scores"], state["scores"] / 2)
+    assert len(after["steps"]) == 6
 
 
 def test_figures_and_mismatches():

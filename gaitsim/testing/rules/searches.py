@@ -160,12 +160,17 @@ def _check_remembered(
 ) -> Iterator[Finding]:
     genomes: Any = trial.search.remembered(copy_state(state))
     if genomes is None or not len(genomes):
-        return
-    if not _are_valid(genomes, trial.space):
+        results = Results(
+            trial.space.random(0, np.random.default_rng(0)),
+            np.empty(0),
+            dict.fromkeys(trial.search.reads(), np.empty(0)),
+        )
+    elif not _are_valid(genomes, trial.space):
         expected = f"remembered() returns valid genomes, or None ({what})"
         yield error("remembered", expected, "invalid genomes", "")
         return
-    results = trial.evaluate(genomes.copy(), generation)
+    else:
+        results = trial.evaluate(genomes.copy(), generation)
     argument = copy_state(state)
     again = trial.search.rescored(argument, results, trial.context(generation, 3))
     yield from check_state("rescored()", what, again, state)
