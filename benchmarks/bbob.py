@@ -1,15 +1,15 @@
 """Searches on the 24 noiseless functions of BBOB, compared with pycma, SciPy and random search.
 
     python benchmarks/bbob.py --dimensions 2 5 --instances 1 2 3 --searches cma-es pycma
-    nice python benchmarks/bbob.py --out bbob.jsonl     # everything, about an hour and a half
+    nice python benchmarks/bbob.py --out bbob.jsonl     # everything, some hours
 
-Each search minimises each function in the box [-5, 5] with 1,000 evaluations per dimension, and
-stops once it reaches the last target. The figure of merit is COCO's area under the empirical
-distribution (ECDF) of runtimes: the share of 51 targets, 10² to 10⁻⁸ above the optimum, that are
-reached, averaged over the logarithm of the evaluations per dimension from 1 to 1,000. It is 1 if
-the first evaluation reaches all targets. Searches take turns on each problem, and each result is
-saved immediately. If the `--out` file exists, only missing results are computed, so `--searches`
-can add searches to it.
+Each search minimises each function in the box [-5, 5] with 1,000 evaluations per dimension (or
+`--budget`), and stops once it reaches the last target. The figure of merit is COCO's area under the
+empirical distribution (ECDF) of runtimes: the share of 51 targets, 10² to 10⁻⁸ above the optimum,
+that are reached, averaged over the logarithm of the evaluations per dimension from 1 to the budget.
+It is 1 if the first evaluation reaches all targets. Searches take turns on each problem, and each
+result is saved immediately. If the `--out` file exists, only missing results are computed, so that
+an interrupted benchmark continues and `--searches` can add searches. A file is for one budget.
 
 Hansen, Auger, Ros, Mersmann, Tušar, Brockhoff 2021, "COCO: a platform for comparing continuous
 optimizers in a black-box setting"; Hansen, Finck, Ros, Auger 2009 for the functions.
@@ -35,7 +35,7 @@ from gaitsim.contracts import RealSpace
 from gaitsim.contracts.search import NO_STARTS, Context, Results, Search
 
 TARGETS = np.logspace(2, -8, 51)
-BUDGET = 1_000  # evaluations per dimension
+BUDGET = 1_000  # default number of evaluations per dimension
 DIMENSIONS, INSTANCES, FUNCTIONS = (2, 5, 10, 20), range(1, 16), range(1, 25)
 
 
@@ -52,8 +52,9 @@ class Trial:
         hits: number of evaluations at which each target was reached so far, easiest target first.
     """
 
-    def __init__(self, problem: Any, optimum: float) -> None:
+    def __init__(self, problem: Any, optimum: float, budget: int) -> None:
         self._problem, self._values = problem, optimum + TARGETS
+        self._most = budget * problem.dimension
         self.dimension: int = problem.dimension
         self.seed = [int(part) for part in problem.id_triple]
         self.hits: list[int] = []
@@ -69,7 +70,7 @@ class Trial:
         self._evaluations += 1
         while len(self.hits) < len(TARGETS) and value <= self._values[len(self.hits)]:
             self.hits.append(self._evaluations)
-        if len(self.hits) == len(TARGETS) or self._evaluations >= BUDGET * self.dimension:
+        if len(self.hits) == len(TARGETS) or self._evaluations >= self._most:
             raise Finished
         return value
 
@@ -116,18 +117,27 @@ def gaitsim_search(
     return minimise
 
 
-def minimise_with_pycma(trial: Trial) -> None:
-    """Minimise with pycma's IPOP-aCMA-ES and its defaults, which transform variables at bounds."""
-    attempts = count()
-    cma.fmin2(
-        trial,
-        lambda: trial.start(next(attempts)),
-        2.0,
-        {"bounds": [-5, 5], "seed": int(f"{trial.seed[0]}{trial.seed[1]:02}{trial.seed[2]:02}")}
-        | {"verbose": -9, "verb_log": 0},
-        restarts=9,
-        incpopsize=2,
-    )
+def pycma_search(*, bipop: bool = False) -> Minimise:
+    """Return a function that minimises with pycma's active CMA-ES and its defaults.
+
+    They transform variables at bounds, and restart as IPOP or as BIPOP does.
+    """
+
+    def minimise(trial: Trial) -> None:
+        attempts = count()
+        seed = int(f"{trial.seed[0]}{trial.seed[1]:02}{trial.seed[2]:02}")
+        np.random.seed(seed)  # noqa: NPY002  # BIPOP's sizes are drawn from the global generator
+        cma.fmin2(
+            trial,
+            lambda: trial.start(next(attempts)),
+            2.0,
+            {"bounds": [-5, 5], "seed": seed, "verbose": -9, "verb_log": 0},
+            restarts=9,
+            incpopsize=2,
+            bipop=bipop,
+        )
+
+    return minimise
 
 
 def scipy_search(**options: Any) -> Minimise:
@@ -161,10 +171,14 @@ def searches() -> dict[str, Minimise]:
 
     return {
         "cma-es": gaitsim_search(CmaEs(start_step=0.2), default_population, warm=True),
+        "cma-es, bipop": gaitsim_search(
+            CmaEs(start_step=0.2, restarts="bipop"), default_population, warm=True
+        ),
         "differential-evolution": gaitsim_search(
             DifferentialEvolution(), lambda dimension: round(6 * np.sqrt(dimension))
         ),
-        "pycma": minimise_with_pycma,
+        "pycma": pycma_search(),
+        "pycma, bipop": pycma_search(bipop=True),
         # Defaults, except for the final gradient descent with L-BFGS-B.
         "scipy-differential-evolution": scipy_search(polish=False, tol=0),
         # Fewer than the default 15 individuals per dimension, without and with that descent.
@@ -197,14 +211,15 @@ def missing_results(arguments: argparse.Namespace) -> Iterator[dict[str, Any]]:
     suite = cocoex.Suite("bbob", "instances: 1-15", "")
     chosen = {name: searches()[name] for name in arguments.searches}
     # Instances outermost, so that an interrupted benchmark compares fewer instances completely.
-    for problem in product(arguments.instances, arguments.dimensions, arguments.functions):
-        instance, dimension, function = problem
+    for place in product(arguments.instances, arguments.dimensions, arguments.functions):
+        instance, dimension, function = place
         for name, minimise in chosen.items():
             if (name, dimension, function, instance) in done:
                 continue
             number = (function, dimension, instance)
             best = optimum(suite.get_problem_by_function_dimension_instance(*number))
-            trial = Trial(suite.get_problem_by_function_dimension_instance(*number), best)
+            problem = suite.get_problem_by_function_dimension_instance(*number)
+            trial = Trial(problem, best, arguments.budget)
             start = time.process_time()
             run(trial, minimise)
             yield {
@@ -235,12 +250,13 @@ def main() -> None:
     parser.add_argument("--instances", type=int, nargs="+", default=INSTANCES)
     parser.add_argument("--functions", type=int, nargs="+", default=FUNCTIONS)
     parser.add_argument("--searches", nargs="+", choices=searches(), default=list(searches()))
+    parser.add_argument("--budget", type=int, default=BUDGET, help="evaluations per dimension")
     parser.add_argument("--out", type=Path, help="file of results, continued if it exists")
     arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         arguments.out = arguments.out or Path(folder) / "bbob.jsonl"
         save_results(missing_results(arguments), arguments.out)
-        bbob_table.print_tables(arguments.out, BUDGET, len(TARGETS))
+        bbob_table.print_tables(arguments.out, arguments.budget, len(TARGETS))
 
 
 if __name__ == "__main__":

@@ -39,6 +39,8 @@ class SearchProgress:
         threshold: score that the next champion must beat; None if champions are not saved.
         stage: number of the stage, counted from 1; changing the experiment of a run starts the
             next stage.
+        finished: reason why the search itself ends the run, such as convergence; '' if it
+            continues.
     """
 
     evaluations: int
@@ -46,11 +48,12 @@ class SearchProgress:
     stagnation: int
     threshold: float | None
     stage: int = 1
+    finished: str = ""
 
     def next_stage(
         self, threshold: float | None, *, reevaluated: bool, population: int
     ) -> "SearchProgress":
-        """Return the progress at the start of the next stage.
+        """Return the progress at the start of the next stage, in which the search may continue.
 
         If the population is re-evaluated, its individuals count as evaluations, and the best score
         is reset, because scores of the two stages cannot be compared.
@@ -61,7 +64,7 @@ class SearchProgress:
             population: number of individuals.
         """
         progress = self.reset_scores(threshold, population) if reevaluated else self
-        return replace(progress, stage=self.stage + 1)
+        return replace(progress, stage=self.stage + 1, finished="")
 
     def reset_scores(self, threshold: float | None, evaluated: int) -> "SearchProgress":
         """Return the progress without the best score, for scores not comparable with earlier ones.
@@ -88,6 +91,8 @@ def stop_reason(limits: Limits, number: int, progress: SearchProgress, individua
     target = limits.target_score
     if target is not None and progress.best_score >= target:
         return f"the target score {target:g} is reached"
+    if progress.finished:
+        return progress.finished
     limit = limits.max_evaluations
     if limit is not None and progress.evaluations + individuals > limit:
         return f"another generation would exceed {limit} evaluations"

@@ -83,7 +83,8 @@ def _next_commands(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     yield command("plot", run.path, "--kind", "fitness"), "its fitness curve"
     if "joint_angles" in run.experiment.organism.channels:
         yield command("export", run.path, "--format", "mat"), "the gait for a robot or MATLAB"
-    yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
+    if not run.finished.finished:
+        yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
 
 
 def _next_commands_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[tuple[str, str]]:

@@ -344,6 +344,14 @@ class Search(Plugin):
         """Return the state, updated with the results of the genomes that `ask` returned."""
         return state
 
+    def finished(self, state: State) -> str:
+        """Return why the search has nothing more to find and ends the run after `tell`, or ''.
+
+        The reason is shown to users, such as 'the search has converged'. A run whose options change
+        continues.
+        """
+        return ""
+
     def figures(self, state: State) -> Mapping[str, float]:
         """Return numbers about the search for the history, such as coverage.
 

@@ -32,6 +32,7 @@ from gaitsim.evolution.islands import (
 from gaitsim.evolution.searching import (
     ask,
     figures,
+    finished,
     initial_state,
     reevaluate_remembered,
     results,
@@ -149,6 +150,7 @@ def evolve(
             progress, is_champion = advance(
                 before, float(evaluation.scores.max()), len(genomes), evolution
             )
+            progress = replace(progress, finished=finished(experiment, state))
             after = Generation(
                 number=number,
                 genomes=genomes,

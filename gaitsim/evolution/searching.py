@@ -149,6 +149,12 @@ def reevaluate_remembered(
     return check_state(experiment, state), len(genomes)
 
 
+def finished(experiment: Experiment, state: State) -> str:
+    """Return why the search ends the run; '' if it continues."""
+    with plugin_errors(experiment.entries["search"], "saying whether it has finished"):
+        return str(search_of(experiment).finished(state))
+
+
 def figures(experiment: Experiment, state: State) -> dict[str, float]:
     """Return the figures that the search reports for the history, by name."""
     with plugin_errors(experiment.entries["search"], "describing its state"):

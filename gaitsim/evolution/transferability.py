@@ -241,6 +241,10 @@ class TransferabilitySearch:
         tests, _ = with_kept_values(tests, kept, self._kept(after))
         return _joined(after, tests)
 
+    def finished(self, state: State) -> str:
+        """Return why the inner search ends the run, or ''."""
+        return self._search.finished(_split(state)[1])
+
     def figures(self, state: State) -> Mapping[str, float]:
         """Return the figures of the inner search."""
         return self._search.figures(_split(state)[1])

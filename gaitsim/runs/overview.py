@@ -160,7 +160,9 @@ def _read_quickly(path: Path, names: frozenset[str]) -> Overview | None:
             "stages": list(stages),
             "scores": {"shape": [int(individuals)]},
         } if experiment == text and best < math.inf and limits and plugins:
-            reached = SearchProgress(evaluations, best, stagnation, None)
+            reached = SearchProgress(
+                evaluations, best, stagnation, None, finished=str(stored.get("finished", ""))
+            )
         case _:
             return None
     if not 0 < generation < _count_lines(path / HISTORY, generation + 1):

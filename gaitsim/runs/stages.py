@@ -152,6 +152,7 @@ def restore_generation(checkpoint: Checkpoint) -> Generation:
             stagnation=checkpoint.stagnation,
             threshold=checkpoint.threshold,
             stage=len(checkpoint.stages) + 1,
+            finished=checkpoint.finished,
         ),
         diversity=float("nan"),
         seconds=0.0,

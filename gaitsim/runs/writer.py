@@ -291,6 +291,7 @@ class RunWriter:
             stages=self._stages,
             values=evaluation.values,
             state=dict(generation.state),
+            finished=progress.finished,
         )
 
     @cached_property

@@ -114,43 +114,52 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
     return Rates(weights, parents, mass, step, damping, path, rank_one, rank_mu, length)
 
 
-SMALLEST_RANGE = 1e-11  # range of scores that counts as equal
 LARGEST_CONDITION = 1e14  # condition number of the covariance
 LONGEST_HISTORY = 20_000  # number of updates remembered
 
 
-def converged(
-    state: Mapping[str, NDArray[Any]], scores: NDArray[np.float64], tolerance: float
-) -> bool:
-    """Return whether the search has converged (Hansen 2016, appendix B.3).
+REASONS = (
+    "",
+    "the deviations of all genes are below the tolerance",
+    "steps are too small to change the mean",
+    "the covariance is nearly singular",
+    "the range of recent best scores is below the tolerance",
+    "scores have stopped rising",
+)
+"""Why a search has converged; '' if it has not."""
+
+
+def converged(state: Mapping[str, NDArray[Any]], tolerance: float, score_tolerance: float) -> int:
+    """Return why the search has converged, as an index of `REASONS` (Hansen 2016, appendix B.3).
 
     Args:
-        state: state after the update.
-        scores: scores of the samples of the update.
+        state: state after an update.
         tolerance: smallest standard deviation worth sampling, in widths.
+        score_tolerance: smallest range of the best scores of recent updates worth continuing for.
     """
-    genes, samples, updates = len(state["mean"]), len(scores), int(state["updates"])
+    genes, samples, updates = len(state["mean"]), int(state["samples"]), int(state["updates"])
     step, mean, lengths = float(state["step"]), state["mean"], state["lengths"]
     covariance = state["covariance"]
     deviations = step * np.sqrt(np.diag(covariance) if covariance.ndim == 2 else covariance)
     axis = updates % genes
     along = np.eye(genes)[axis] if covariance.ndim == 1 else state["axes"][axis]
-    if (mean == mean + 0.1 * step * lengths[axis] * along).all():
-        return True
-    if (mean == mean + 0.2 * deviations).any() or lengths.max() > np.sqrt(
-        LARGEST_CONDITION
-    ) * lengths.min():
-        return True
     if (deviations < tolerance).all() and (step * np.abs(state["path"]) < tolerance).all():
-        return True
+        return 1
+    if (mean == mean + 0.1 * step * lengths[axis] * along).all():
+        return 2
+    if (mean == mean + 0.2 * deviations).any():
+        return 2
+    if lengths.max() > np.sqrt(LARGEST_CONDITION) * lengths.min():
+        return 3
     best, middle = state["best scores"], state["middle scores"]
     recent = 10 + int(np.ceil(30 * genes / samples))
-    if len(best) >= recent and _range(np.append(scores, best[-recent:])) < SMALLEST_RANGE:
-        return True
-    return len(best) >= _history_length(genes, samples, updates) and all(
+    if len(best) >= recent and _range(best[-recent:]) < score_tolerance:
+        return 4
+    stagnates = len(best) >= _history_length(genes, samples, updates) and all(
         np.median(scores[-(len(scores) * 3 // 10) :]) <= np.median(scores[: len(scores) * 3 // 10])
         for scores in (best, middle)
     )
+    return 5 if stagnates else 0
 
 
 def history(
@@ -179,12 +188,13 @@ class CmaEs(Search):
     """Learns which combined changes of genes raise the score, using only the ranks of scores.
 
     Samples come from a normal distribution whose mean, covariance and step size adapt to the best
-    samples. The search begins around the first start point. After convergence, it restarts with
-    twice the samples from the next start point, or from a random genome without another one.
+    samples. The search begins around the first start point. After convergence, it restarts
+    from the next start point, or from a random genome without another one.
 
     Hansen 2016, "The CMA evolution strategy: a tutorial"; Auger and Hansen 2005, "A restart CMA
-    evolution strategy with increasing population size"; Ros and Hansen 2008 for `separable`;
-    Jastrebski and Arnold 2006 for `active`.
+    evolution strategy with increasing population size" (IPOP); Hansen 2009, "Benchmarking a
+    BI-population CMA-ES on the BBOB-2009 function testbed" (BIPOP); Ros and Hansen 2008 for
+    `separable`; Jastrebski and Arnold 2006 for `active`.
     """
 
     covariance: Literal["full", "separable"] = option(
@@ -207,16 +217,25 @@ class CmaEs(Search):
         le=1,
     )
     active: bool = option(True, "whether bad samples shrink the covariance in their direction")
-    restarts: bool = option(
-        True, "whether to restart after convergence, each time with twice the samples"
+    restarts: Literal["ipop", "bipop", "stop", "none"] = option(
+        "ipop",
+        "after convergence: 'ipop' restarts, each time with twice the samples; 'bipop' spends as "
+        "many evaluations again on restarts with fewer samples and smaller steps; 'stop' ends the "
+        "run; 'none' continues",
     )
-
     tolerance: float = option(
         1e-12,
         "standard deviation of all genes below which the search has converged, as a share of their "
         "ranges",
         gt=0,
         lt=0.1,
+    )
+    score_tolerance: float = option(
+        1e-12,
+        "range of the best scores of recent updates below which the search has converged, in the "
+        "unit of the score",
+        ge=0,
+        le=1e9,
     )
 
     portable: ClassVar[bool] = True
@@ -230,7 +249,7 @@ class CmaEs(Search):
 
     def initial(self, context: Context) -> State:
         """Return the state that holds the distribution of the first samples."""
-        return self._initial_state(context, 0, context.starts)
+        return self._initial_state(context, context.starts)
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Draw samples, (population, genes), for the next update of the distribution."""
@@ -242,17 +261,37 @@ class CmaEs(Search):
         return genomes(points, space), {**state, "drawn": drawn}
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Collect results; update the distribution once all samples of an update are evaluated."""
+        """Collect results; update the distribution once all samples of an update are evaluated.
+
+        After convergence, or once a small run has used its evaluations, the search restarts.
+        """
         steps = np.concatenate([state["steps"], state["drawn"]])
         scores = np.concatenate([state["scores"], results.scores])
-        collected = {**state, "steps": steps, "scores": scores, "drawn": state["drawn"][:0]}
-        restarts = int(state["restarts"])
-        if len(scores) < context.population * 2**restarts:
+        collected = {
+            **state,
+            "steps": steps,
+            "scores": scores,
+            "drawn": state["drawn"][:0],
+            "evaluations": np.array(state["evaluations"] + len(results.scores)),
+            "converged": np.array(0),
+        }
+        if len(scores) < state["samples"]:
             return {**collected, "waiting": np.concatenate([state["waiting"], results.genomes])}
         updated = self._updated(collected)
-        if self.restarts and converged(updated, scores, self.tolerance):
-            return self._initial_state(context, restarts + 1, state["starts"])
-        return updated
+        reason = converged(updated, self.tolerance, self.score_tolerance)
+        if self.restarts in ("stop", "none"):
+            return {**updated, "converged": np.array(reason)}
+        spent = 0 < updated["limit"] <= updated["evaluations"]
+        return self._restarted(updated, context) if reason or spent else updated
+
+    def finished(self, state: State) -> str:
+        """Return why the search has converged, if the option `restarts` is 'stop'."""
+        reason = REASONS[int(state["converged"])] if self.restarts == "stop" else ""
+        return (
+            f"'cma-es' has converged: {reason}; with 'search.restarts=ipop', it restarts"
+            if reason
+            else ""
+        )
 
     def figures(self, state: State) -> Mapping[str, float]:
         """Return the step size in widths, the condition number and the number of restarts."""
@@ -276,7 +315,13 @@ class CmaEs(Search):
         The distribution stays: what it has learned may hold for the new scores as well.
         """
         none = np.empty(0)
-        return {**state, "scores": results.scores, "best scores": none, "middle scores": none}
+        return {
+            **state,
+            "scores": results.scores,
+            "best scores": none,
+            "middle scores": none,
+            "converged": np.array(0),
+        }
 
     def mismatch(self, state: State, context: Context) -> str:
         """Return why a state does not fit the space or the covariance, or ''."""
@@ -286,10 +331,50 @@ class CmaEs(Search):
         expected = (genes, genes) if self.covariance == "full" else (genes,)
         if state["covariance"].shape != expected:
             return f"its covariance is not {self.covariance}"
+        samples = int(state["samples"])
+        if samples <= 0 or samples % context.population or state["converged"] not in range(6):
+            return f"its updates of {samples} samples do not fit the population"
         return ""
 
-    def _initial_state(self, context: Context, restarts: int, starts: Genomes) -> State:
-        """Return the state around the first start point, or around a random genome without any."""
+    def _restarted(self, state: State, context: Context) -> State:
+        """Return the state after a restart, Hansen 2009, section 2.
+
+        The number of samples is a multiple of the population. As in pycma, the evaluations of the
+        first run count as those of a small one, and a small run takes at most half the evaluations
+        of all large runs so far.
+        """
+        doublings, large = int(state["doublings"]), int(state["large evaluations"])
+        small = int(state["small evaluations"])
+        if doublings and not state["limit"]:
+            large += int(state["evaluations"])
+        else:
+            small += int(state["evaluations"])
+        shrinkage, limit = 1.0, 0
+        if self.restarts == "bipop" and small < large:
+            share, exponent = context.rng.random(2)
+            multiple = int(power(2.0, (doublings - 1) * np.square(share)))
+            shrinkage, limit = float(power(10.0, -2 * exponent)), large // 2
+        else:
+            doublings += 1
+            multiple = 2**doublings
+        return {
+            **self._initial_state(context, state["starts"], shrinkage),
+            "samples": np.array(context.population * multiple),
+            "restarts": np.array(state["restarts"] + 1),
+            "doublings": np.array(doublings),
+            "large evaluations": np.array(large),
+            "small evaluations": np.array(small),
+            "limit": np.array(limit),
+        }
+
+    def _initial_state(self, context: Context, starts: Genomes, shrinkage: float = 1.0) -> State:
+        """Return the state around the first start point, or around a random genome without any.
+
+        Args:
+            context: space, population and randomness.
+            starts: start points that remain, (starts, genes).
+            shrinkage: factor of the first step size.
+        """
         space = real_space(context.space)
         genes = space.genes
         deviations = np.full(genes, self.step)
@@ -297,6 +382,7 @@ class CmaEs(Search):
             deviations = space.initial_sigma / space.width
         if len(starts):
             deviations = deviations * (self.start_step / self.step)
+        deviations = deviations * shrinkage
         step = np.sqrt(np.mean(np.square(deviations)))
         lengths = deviations / step
         full = self.covariance == "full"
@@ -310,7 +396,14 @@ class CmaEs(Search):
             "step path": np.zeros(genes),
             "updates": np.array(0),
             "decomposed": np.array(0),
-            "restarts": np.array(restarts),
+            "samples": np.array(context.population),
+            "evaluations": np.array(0),
+            "converged": np.array(0),
+            "restarts": np.array(0),
+            "doublings": np.array(0),
+            "large evaluations": np.array(0),
+            "small evaluations": np.array(0),
+            "limit": np.array(0),
             "starts": np.asarray(starts[1:], np.float64).reshape(-1, genes),
             "drawn": np.empty((0, genes)),
             "steps": np.empty((0, genes)),

@@ -52,7 +52,9 @@ class DifferentialEvolution(Search):
     archive: float = option(
         1.0, "size of the archive of replaced genomes, in populations", ge=0, le=10
     )
-    restarts: bool = option(True, "whether to restart after convergence")
+    restarts: bool = option(
+        True, "whether to restart after convergence; otherwise, the run ends at convergence"
+    )
     start_share: float = option(
         0.25,
         "share of the first genomes that are start points and genomes near them, if the body has "
@@ -93,6 +95,7 @@ class DifferentialEvolution(Search):
             "trial F": np.zeros(0),
             "trial CR": np.zeros(0),
             "restarts": np.array(0),
+            "converged": np.array(False),
         }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
@@ -155,11 +158,19 @@ class DifferentialEvolution(Search):
             "scores": np.where(kept, results.scores, scores),
             "archive": archive,
         }
-        if self.restarts and converged(
-            updated["genomes"], updated["scores"], real_space(context.space)
-        ):
+        done = converged(updated["genomes"], updated["scores"], real_space(context.space))
+        if done and self.restarts:
             return {**self.initial(context), "restarts": np.array(state["restarts"] + 1)}
-        return updated
+        return {**updated, "converged": np.array(done)}
+
+    def finished(self, state: State) -> str:
+        """Return that all genomes or all scores are equal, if the search does not restart."""
+        if self.restarts or not state["converged"]:
+            return ""
+        return (
+            "'differential-evolution' has converged: all genomes or all scores are equal; with "
+            "'search.restarts=true', it restarts"
+        )
 
     def _updated_memory(self, state: State, scores: Floats, better: NDArray[np.bool_]) -> State:
         """Return the memory after F and CR of better trials have replaced its oldest entry."""
@@ -186,7 +197,8 @@ class DifferentialEvolution(Search):
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
         """Return the state with the new scores of its genomes."""
-        return {**state, "genomes": results.genomes.copy(), "scores": results.scores.copy()}
+        new = {"genomes": results.genomes.copy(), "scores": results.scores.copy()}
+        return {**state, **new, "converged": np.array(False)}
 
     def mismatch(self, state: State, context: Context) -> str:
         """Return why a state does not fit the genes, the population or the memory, or ''."""

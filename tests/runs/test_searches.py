@@ -21,6 +21,7 @@ from gaitsim.registry import entries
 from gaitsim.runs.creation import create_run, fork_run
 from gaitsim.runs.files.checkpoint import write_checkpoint
 from gaitsim.runs.files.folder import CHECKPOINT
+from gaitsim.runs.overview import list_overviews
 from gaitsim.runs.resume import plan_resume
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.verification import verify
@@ -184,3 +185,23 @@ def test_twenty_kills_change_no_bit(searching, tmp_path, monkeypatch):
                 kills += 1
             status = os.waitpid(child, 0)[1]
         assert RunSnapshot(path).fingerprint() == whole
+
+
+def test_convergence_ends_a_run_and_other_options_continue_it(puppet, tmp_path):
+    chosen = ("evolution.population=12", "search.plugin=cma-es", "search.score_tolerance=1e9")
+    path = evolved(
+        puppet(*chosen, "search.restarts=stop", "evolution.generations=40"), tmp_path / "run"
+    )
+    run = RunSnapshot(path)
+    assert 10 < run.generation < 40
+    assert "'cma-es' has converged: the range" in run.stop_reason
+    assert [one.state for one in list_overviews(tmp_path, lambda path: None)] == ["finished"]
+    assert verify(run, everything=True).identical
+    assert RunSnapshot(evolved(None, path, 50)).generation == run.generation
+
+    with RunWriter.open(path, overrides={"search.restarts": "ipop"}) as writer:
+        last = [*writer.evolve(partial(evaluate, writer.experiment))][-1]
+    assert last.number == 50
+    assert last.figures["restarts"] >= 1
+    assert RunSnapshot(path).stop_reason == "50 generations are done"
+    assert verify(RunSnapshot(path), everything=True).identical

@@ -15,6 +15,7 @@ from gaitsim_searches.cma_es import CmaEs, rates
 
 GENES = 10
 FULL, SEPARABLE = CmaEs(), CmaEs(covariance="separable")
+BIPOP = CmaEs(restarts="bipop", tolerance=1e-3)
 
 
 def sphere(genomes):
@@ -92,14 +93,16 @@ def test_only_the_order_of_the_scores_matters(search):
         assert (first.genomes == second.genomes).all()
 
 
-@pytest.mark.parametrize("search", [FULL, SEPARABLE], ids=["full", "separable"])
+@pytest.mark.parametrize("search", [FULL, SEPARABLE, BIPOP], ids=["full", "separable", "bipop"])
 def test_a_saved_state_continues_bit_for_bit(search):
     whole = list(islice(generations(search, box(2), sphere, 6), 150))
-    # The second restart needs four generations for one update: save between them, too.
     restarted = [int(state["restarts"]) for state, _ in whole]
-    assert restarted[-1] >= 1
-    first = restarted.index(1)
-    for stopped in (1, first - 1, first, first + 1, first + 2):
+    first, last = restarted.index(1), restarted.index(restarted[-1])
+    # After a restart, an update takes two or more generations: save between them, too.
+    assert any(len(state["scores"]) for state, _ in whole[first : first + 2])
+    limited = [index for index, (state, _) in enumerate(whole) if state["limit"]][:2]
+    assert len(limited) == 2 * (search is BIPOP)
+    for stopped in (1, first, first + 1, first + 2, first + 3, last + 1, *limited):
         state, last = whole[stopped - 1]
         rest = generations(search, box(2), sphere, 6, after=(stopped, saved(state), last))
 
@@ -167,12 +170,50 @@ def test_failed_individuals_rank_last_and_a_generation_of_failures_restarts():
     assert all(np.isfinite(array).all() for name, array in state.items() if "scores" not in name)
 
 
-def test_a_larger_tolerance_restarts_sooner():
+def test_larger_tolerances_restart_sooner():
     def restarts(search):
         found = islice(generations(search, box(2), sphere, 6), 60)
         return [int(state["restarts"]) for state, _ in found][-1]
 
     assert restarts(CmaEs(tolerance=1e-2)) > restarts(FULL) == 0
+    assert restarts(CmaEs(score_tolerance=1e-2)) > 0
+
+
+def test_bipop_spends_as_many_evaluations_on_small_runs_as_on_large_ones():
+    found = list(islice(generations(BIPOP, box(2), sphere, 6), 2_000))
+    runs = {int(state["restarts"]): state for state, _ in reversed(found)}  # the first of each
+    last = found[-1][0]
+    small, large = int(last["small evaluations"]), int(last["large evaluations"])
+    assert last["doublings"] >= 3
+    assert small + large + last["evaluations"] == 2_000 * 6
+    assert 0.4 < small / (small + large) < 0.6
+
+    for state in runs.values():
+        if state["limit"]:
+            assert state["limit"] == state["large evaluations"] // 2
+            assert 6 <= state["samples"] <= 6 * 2 ** state["doublings"] / 2
+            assert 0.2 * 10**-2 <= state["step"] <= 0.2
+        else:
+            assert state["samples"] == 6 * 2 ** state["doublings"]
+    sizes = {int(state["samples"]) for state in runs.values() if state["limit"]}
+    steps = [float(state["step"]) for state in runs.values() if state["limit"]]
+    assert len(sizes) > 1
+    assert len(steps) > 10
+    assert np.mean(np.log10(steps)) == pytest.approx(np.log10(0.2) - 1, abs=0.4)
+
+
+def test_without_restarts_convergence_ends_the_run_or_not():
+    stopping, continuing = CmaEs(restarts="stop"), CmaEs(restarts="none")
+    states = [state for state, _ in islice(generations(stopping, box(2), sphere, 6), 250)]
+    reasons = [stopping.finished(state) for state in states]
+    first = next(index for index, reason in enumerate(reasons) if reason)
+    assert first > 50
+    assert "deviations" in reasons[first] or "range" in reasons[first]
+    assert not any(continuing.finished(state) for state in states)
+    assert not any(state["restarts"] for state in states)
+    # Equal scores are no reason once the scores are new.
+    again = stopping.rescored(states[first], Results(np.empty((0, 2)), np.empty(0)), _context(2))
+    assert stopping.finished(again) == ""
 
 
 def test_scores_of_a_new_stage_do_not_restart():

@@ -188,6 +188,19 @@ def test_failed_individuals_never_replace_others():
     assert all(np.isfinite(array).all() for name, array in state.items() if name != "scores")
 
 
+def test_without_restarts_convergence_ends_the_run():
+    search = DifferentialEvolution(restarts=False)
+    states = [state for state, _ in islice(generations(search, box(2), sphere, 12), 400)]
+    ends = [bool(search.finished(state)) for state in states]
+    first = ends.index(True)
+    assert first > 20
+    assert "all scores are equal" in search.finished(states[first])
+    assert SEARCH.finished(states[first]) == ""
+    scores = np.arange(12.0)
+    again = search.rescored(states[first], Results(states[first]["genomes"], scores), context())
+    assert search.finished(again) == ""
+
+
 def test_rescored_states_and_mismatches():
     first = SEARCH.initial(context())
     assert SEARCH.remembered(first) is None

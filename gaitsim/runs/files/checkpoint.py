@@ -75,6 +75,7 @@ class Checkpoint:
         stages: stages before the current one, in order.
         values: terms and measures that the search reads, each (population,) float64.
         state: state of the search by name, arrays of any shape.
+        finished: reason why the search itself ended the run; '' if it continues.
     """
 
     kind: ClassVar[str] = "population"
@@ -94,6 +95,7 @@ class Checkpoint:
     stages: tuple[Stage, ...]
     values: dict[Name, Annotated[NDArray[np.float64], _TERM]]
     state: dict[Name, Annotated[Array, _STATE]]
+    finished: StrictStr = ""
 
 
 @dataclass(frozen=True, eq=False)
