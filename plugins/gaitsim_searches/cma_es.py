@@ -189,7 +189,8 @@ class CmaEs(Search):
 
     Samples come from a normal distribution whose mean, covariance and step size adapt to the best
     samples. The search begins around the first start point. After convergence, it restarts
-    from the next start point, or from a random genome without another one.
+    at the next start point, and after the last one at the first again. Without start points, it
+    begins and restarts at random genomes.
 
     Hansen 2016, "The CMA evolution strategy: a tutorial"; Auger and Hansen 2005, "A restart CMA
     evolution strategy with increasing population size" (IPOP); Hansen 2009, "Benchmarking a
@@ -372,7 +373,7 @@ class CmaEs(Search):
 
         Args:
             context: space, population and randomness.
-            starts: start points that remain, (starts, genes).
+            starts: start points, the next one first, (starts, genes).
             shrinkage: factor of the first step size.
         """
         space = real_space(context.space)
@@ -404,7 +405,7 @@ class CmaEs(Search):
             "large evaluations": np.array(0),
             "small evaluations": np.array(0),
             "limit": np.array(0),
-            "starts": np.asarray(starts[1:], np.float64).reshape(-1, genes),
+            "starts": np.roll(np.asarray(starts, np.float64).reshape(-1, genes), -1, axis=0),
             "drawn": np.empty((0, genes)),
             "steps": np.empty((0, genes)),
             "waiting": np.empty((0, genes)),

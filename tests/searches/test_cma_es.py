@@ -1,6 +1,7 @@
 """CMA-ES: constants, evaluations to reach targets, invariances and saved states."""
 
 import io
+from dataclasses import replace
 from itertools import islice, takewhile
 
 import numpy as np
@@ -177,6 +178,20 @@ def test_larger_tolerances_restart_sooner():
 
     assert restarts(CmaEs(tolerance=1e-2)) > restarts(FULL) == 0
     assert restarts(CmaEs(score_tolerance=1e-2)) > 0
+
+
+def test_restarts_take_the_start_points_in_turn():
+    starts, search = np.array([[1.0, 2.0], [-3.0, -3.0]]), CmaEs(score_tolerance=1e9, step=0.01)
+    state = search.initial(replace(_context(2), starts=starts))
+    means, restarts = [state["mean"]], 0
+    while len(means) < 4:
+        genomes, state = search.ask(state, None, _context(2))
+        state = search.tell(state, Results(genomes, sphere(genomes)), _context(2))
+        if state["restarts"] > restarts:
+            restarts += 1
+            means.append(state["mean"])
+    expected = [fold.point(start, box(2)) for start in [*starts, *starts]]
+    np.testing.assert_array_equal(means, expected)
 
 
 def test_bipop_spends_as_many_evaluations_on_small_runs_as_on_large_ones():
