@@ -1,21 +1,25 @@
 """The cost of dividing a population among threads, processes and Dask workers on this machine.
 
 The benchmark prints the overhead of a chunk, and its effect on the walker, which benefits from
-workers, and on the spider, which does not. Dask is left out if `distributed` is not installed.
+workers, on the spider, which does not, and on a Python function that takes 20 ms per genome. Dask
+is left out if `distributed` is not installed.
 """
 
 import importlib.util
 import pickle
+import time
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from itertools import islice
 
 import numpy as np
+from numpy.typing import NDArray
 from processor import processor_seconds
 from timing import medians, milliseconds, print_figure, print_machine, stopwatch, times
 
-from gaitsim.contracts import Genomes
+import gaitsim
+from gaitsim.contracts import Genomes, RealSpace
 from gaitsim.evaluation import Evaluator, Executor, evaluate
 from gaitsim.evaluation.chunking import CostModel, Overhead, best_plan, measure_overhead
 from gaitsim.evaluation.executors import Result, Task
@@ -141,6 +145,39 @@ def print_gain(name: str, generation: int, rounds: int) -> None:
         )
 
 
+def slow(genomes: Genomes) -> NDArray[np.float64]:
+    """Return scores after 20 ms of computing for each genome."""
+    for _ in genomes:
+        end = time.perf_counter() + 0.02
+        while time.perf_counter() < end:
+            pass
+    return -np.square(genomes).sum(axis=1)
+
+
+def print_function(population: int, generations: int) -> None:
+    """Print the time of a generation of a slow Python function with one worker and with two."""
+    space = RealSpace(np.full(10, -5.0), np.full(10, 5.0))
+    found = []
+    for workers in (1, WORKERS):
+        with gaitsim.evolve(
+            body=slow,
+            space=space,
+            population=population,
+            generations=generations,
+            workers=workers,
+        ) as search:
+            seconds = [generation.seconds for generation in search]
+        found.append(np.array(seconds[2:]))  # workers start in the first two
+    one, two = found
+    print(f"\na function that takes 20 ms, {population} individuals")
+    print_figure("  one worker", milliseconds(float(np.median(one))))
+    print_figure(
+        "  two workers",
+        milliseconds(float(np.median(two))),
+        f"{np.median(one) / np.median(two):.2f} ×, {one.min() / two.min():.2f} ×",
+    )
+
+
 def print_idle(name: str, cluster: Executor) -> None:
     """Print the cost of a cluster that stays idle because sending work to it would be slower."""
     experiment = load_experiment(name)
@@ -169,6 +206,8 @@ def main() -> None:
         print()
         print_gain("walker", 1, 30)
         print_gain("walker", 26, 10)
+        print_function(10, 20)
+        print_function(100, 8)
         if "Dask" in executors:
             print_idle("spider-recurrence", executors["Dask"])
 

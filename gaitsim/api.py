@@ -5,6 +5,7 @@
 
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -20,7 +21,7 @@ from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
 from gaitsim.contracts import GenomeSpace, Plot, Subject
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
@@ -61,6 +62,7 @@ def evolve(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     workers: int | None = None,
+    dask: str | None = None,
     out: str | Path | None = None,
 ) -> "RunningSearch":
     """Return a search to loop over, an iterator of finished generations.
@@ -82,14 +84,17 @@ def evolve(
         population: individuals per generation; None uses the experiment's number.
         seed: seed of all random numbers; None uses the experiment's seed.
         set: options by key, such as `{"mutation.rate": 0.1}`.
-        workers: number of parallel workers; None chooses the body's default.
+        workers: number of parallel workers; None chooses the body's default, which is 1 for a
+            function. Functions and objects are sent to worker processes by cloudpickle.
+        dask: address of a Dask scheduler, such as 'tcp://host:8786', whose workers evaluate the
+            populations; or 'local' to start Dask workers on this machine.
         out: folder in which to record a run, as `gaitsim run` does; if it exists, a number is
             added to its name. None records nothing.
 
     Raises:
         ExperimentError: the experiment has problems; one message lists them all.
         GaitsimError: the preset or file does not exist, the folder cannot be created, or `set` or
-            `workers` is invalid.
+            `workers` is invalid. The loop raises it if a function cannot be sent to workers.
     """
     check_workers(workers)
     given = as_overrides(
@@ -100,10 +105,10 @@ def evolve(
         experiment, given, ARGUMENTS, fitness=fitness, body=body, space=space
     )
     if out is None:
-        return RunningSearch(experiment, None, _unrecorded(experiment, workers))
+        return RunningSearch(experiment, None, _unrecorded(experiment, workers, dask))
     path = create_run(experiment, Path(out))
     writers: list[RunWriter] = []
-    return RunningSearch(experiment, path, _recorded(path, writers, workers), writers)
+    return RunningSearch(experiment, path, _recorded(path, writers, workers, dask), writers)
 
 
 def load(
@@ -386,6 +391,7 @@ class Run(ReprMixin):
         space: GenomeSpace | None = None,
         set: Mapping[str, Any] | None = None,
         workers: int | None = None,
+        dask: str | None = None,
     ) -> RunningSearch:
         """Return a search that continues the run, exactly as if it had never stopped.
 
@@ -399,6 +405,7 @@ class Run(ReprMixin):
             space: genome space of a body that is a function.
             set: options by key. Changing an option that affects the evolution starts a new stage.
             workers: number of parallel workers; None chooses the body's default.
+            dask: address of a Dask scheduler, or 'local', as accepted by `evolve`.
 
         Raises:
             ExperimentError: the options have problems. Other errors are raised when the loop
@@ -410,7 +417,7 @@ class Run(ReprMixin):
         further = {} if generations is None else {"evolution.generations": generations}
         experiment = self.snapshot.experiment_with(further | given, ARGUMENTS)
         writers: list[RunWriter] = []
-        steps = _recorded(self.path, writers, workers, given, generations)
+        steps = _recorded(self.path, writers, workers, dask, given, generations)
         return RunningSearch(experiment, self.path, steps, writers)
 
     def detach(
@@ -666,8 +673,11 @@ class Run(ReprMixin):
 
 # Functions rather than methods, so that a search abandoned in its loop is freed at once, together
 # with its workers and the lock of the run.
-def _unrecorded(experiment: Experiment, workers: int | None) -> Generations:
-    with Evaluator(experiment, workers, warn) as evaluator:
+def _unrecorded(experiment: Experiment, workers: int | None, dask: str | None) -> Generations:
+    with (
+        _cluster(dask, workers) as cluster,
+        Evaluator(experiment, workers, warn, cluster) as evaluator,
+    ):
         evaluator.prepare()
         yield from evolution.evolve(
             experiment, evaluator.evaluate, parallel_map=island_map(evaluator)
@@ -678,13 +688,30 @@ def _recorded(
     path: Path,
     writers: list[RunWriter],
     workers: int | None,
+    dask: str | None,
     overrides: Overrides | None = None,
     generations: int | None = None,
 ) -> Generations:
-    with RunWriter.open(
-        path, overrides=overrides, generations=generations, workers=workers, on_warning=warn
-    ) as writer:
+    with (
+        _cluster(dask, workers) as cluster,
+        RunWriter.open(
+            path,
+            overrides=overrides,
+            generations=generations,
+            workers=workers,
+            cluster=cluster,
+            on_warning=warn,
+        ) as writer,
+    ):
         writers.append(writer)
         if writer.warning:
             warn(writer.warning)
         yield from writer.evolve()
+
+
+def _cluster(dask: str | None, workers: int | None) -> AbstractContextManager[Executor | None]:
+    if dask is None:
+        return nullcontext()
+    from gaitsim.evaluation.dask import DaskExecutor
+
+    return DaskExecutor(dask, workers, warn)

@@ -2,6 +2,8 @@
 
 import functools
 import json
+import os
+import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar
@@ -11,6 +13,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.contracts import Array, Channel, Genomes, Skeleton, option
+from gaitsim.evaluation.chunking import Scheduler
 from gaitsim.registry import entry_points
 from gaitsim.registry.entry_points import find_registered
 from gaitsim.render.terminal.explanation import explanation
@@ -266,7 +269,7 @@ def renames(motion: gs.Motion, calls: list[int] = []) -> dict[str, Array]:  # no
         (turns, "'turns' returned the term 'turns' with the shape"),
         (reads, "no channel 'angel'; it has angle, effort"),
         (forgets, "'forgets' returned None"),
-        (renames, "'renames' returned the terms call 3 after call 2"),
+        (renames, "'renames' returned the terms call 2 after call 1"),
         (functools.partial(height), "a functools.partial of height"),
         (Weighted, r"Weighted is a class, not an instance[\s\S]*fitness=Weighted\(\)"),
         ("upright", "'upright' is not a function"),
@@ -302,12 +305,67 @@ def test_errors_of_a_body_name_the_function(body: Any, space: Any, told: str) ->
         run_to_end(gs.evolve(body=body, space=space, generations=2, population=6))
 
 
-def test_functions_stay_in_this_process() -> None:
-    search = gs.evolve(body=sphere, space=SPACE, workers=3, generations=1)
-    with pytest.warns(
-        UserWarning, match="3 workers are not used: they cannot receive the Python body 'sphere'"
-    ):
-        run_to_end(search)
+@pytest.fixture
+def shared(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Worker processes get every population, even if they are slower."""
+    monkeypatch.setattr(Scheduler, "chunks", lambda self, individuals: min(individuals, 3))
+
+
+def test_functions_and_objects_give_the_same_bits_in_worker_processes(shared: None) -> None:
+    weights, process = np.arange(1.0, 4.0), os.getpid()
+
+    def weighted(genomes: Genomes) -> Array:
+        if len(genomes) > 1 and os.getpid() == process:  # the first individual is timed here
+            raise ValueError("not in a worker")
+        return -(weights * genomes**2).sum(axis=1)
+
+    def one(genomes: Genomes) -> Array:
+        return -(weights * genomes**2).sum(axis=1)
+
+    found = [
+        run_to_end(gs.evolve(body=body, space=SPACE, generations=3, population=7, workers=workers))
+        for body, workers in ((one, 1), (weighted, 2))
+    ]
+    assert np.array_equal(found[0].genomes, found[1].genomes)
+    assert np.array_equal(found[0].scores, found[1].scores)
+    parts = {"body": Stick(length=2.0), "fitness": Weighted(weight=3.0)}
+    last = run_to_end(gs.evolve(**parts, generations=2, population=6, workers=2))
+    assert np.allclose(last.scores, -6 * last.genomes.sum(axis=1))
+
+
+def test_an_error_of_a_function_in_a_worker_names_its_line(shared: None) -> None:
+    def picky(genomes: Genomes) -> Array:
+        if len(genomes) > 1:
+            raise ValueError("of my own")
+        return genomes[:, 0]
+
+    line = picky.__code__.co_firstlineno + 2
+    told = f"'picky' failed .*ValueError: of my own\n.*test_in_python.py, line {line}"
+    with pytest.raises(gs.GaitsimError, match=told):
+        run_to_end(gs.evolve(body=picky, space=SPACE, population=7, workers=2))
+
+
+def test_a_function_that_cannot_be_pickled_is_named_before_the_search() -> None:
+    lock = threading.Lock()
+
+    def guarded(genomes: Genomes) -> Array:
+        with lock:
+            return genomes[:, 0]
+
+    assert run_to_end(gs.evolve(body=guarded, space=SPACE, generations=1)).number == 1
+    with pytest.raises(gs.GaitsimError, match="'guarded' cannot be sent to workers.*lock"):
+        run_to_end(gs.evolve(body=guarded, space=SPACE, workers=2))
+
+
+def test_a_function_is_called_only_for_genomes_of_the_search() -> None:
+    genes: list[float] = []
+
+    def counted(genomes: Genomes) -> Array:
+        genes.extend(genomes[:, 0])
+        return genomes[:, 0]
+
+    found = [one.genomes[:, 0] for one in gs.evolve(body=counted, space=SPACE, generations=3)]
+    assert genes == np.concatenate(found).tolist()
 
 
 def test_genomes_are_scored_for_any_optimiser() -> None:

@@ -67,11 +67,8 @@ class Evaluator:
         self._on_warning = on_warning
         threads = experiment.organism.threads
         number = workers or cores()
-        if experiment.in_python and not (cluster or threads):
-            if number > 1 and workers:
-                code = " and the ".join(map(str, experiment.outside))
-                on_warning(f"{workers:,} workers are not used: they cannot receive the {code}")
-            number = 1
+        if experiment.outside and not (workers or threads):
+            number = 1  # a function that a user passes may be quick, or have side effects
         self._threads = 1 if not threads else cores() if cluster else number
         self._pool = ThreadPoolExecutor(self._threads, "gaitsim") if self._threads > 1 else None
         self._processes = None
@@ -117,15 +114,19 @@ class Evaluator:
 
         Raises:
             PluginError: the body or the fitness fails or breaks its contract.
-            GaitsimError: remote workers lack a package, or have a different version of it.
+            GaitsimError: remote workers lack a package, or have a different version of it; or a
+                Python function cannot be sent to workers.
         """
         np.empty(KEPT, np.uint8)
         prepare(self.experiment)
         if warning := missing_cache():
             self._on_warning(warning)
         if self._scheduler is not None:
+            self._serialized.check()
             self._scheduler.remote.check([self.experiment])
-            self._scheduler.time_batches(self._seconds, individuals or self.experiment.individuals)
+            if not self.experiment.body_outside:
+                size = individuals or self.experiment.individuals
+                self._scheduler.time_batches(self._seconds, size)
 
     def _seconds(self, individuals: int) -> float:
         start = time.perf_counter()
@@ -140,6 +141,28 @@ class Evaluator:
             GaitsimError: the same individuals repeatedly killed their worker, or the connection
                 to remote workers was lost.
         """
+        scheduler = self._scheduler
+        if scheduler is None or scheduler.cost_model.first or not self.experiment.body_outside:
+            return self._evaluate(genomes, generation)
+        # The batches that are timed belong to the population: a user's function is called for no
+        # other genomes.
+        parts: list[Evaluation] = []
+
+        def seconds(individuals: int) -> float:
+            first = sum(len(part.scores) for part in parts)
+            start = time.perf_counter()
+            parts.append(
+                evaluate(self.experiment, genomes[first : first + individuals], generation)
+            )
+            return time.perf_counter() - start
+
+        scheduler.time_batches(seconds, len(genomes))
+        rest = genomes[sum(len(part.scores) for part in parts) :]
+        parts += [self._evaluate(rest, generation)] if len(rest) else []
+        return join_evaluations(self.experiment, parts)
+
+    def _evaluate(self, genomes: Genomes, generation: int) -> Evaluation:
+        """Score genomes as the scheduler decides."""
         scheduler, chunks = self._scheduler, 1
         if scheduler is not None:
             with self._explain_lost_workers():

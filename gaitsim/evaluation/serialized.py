@@ -12,12 +12,13 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import plugin_errors
+from gaitsim.registry.python_plugins import pickled, register_pickled
 
 Versions = dict[str, str]
 """Versions by package; '' for a package that is not installed."""
 
-State = tuple[str, tuple[tuple[str, str], ...]]
-"""An experiment's TOML, and its packages with their versions."""
+State = tuple[str, tuple[tuple[str, str], ...], bytes]
+"""An experiment's TOML, its packages with their versions, and its pickled Python functions."""
 
 
 def required_versions(experiments: Iterable[Experiment]) -> Versions:
@@ -79,7 +80,10 @@ def _describe_workers(workers: list[str]) -> str:
 
 
 class SerializedExperiment:
-    """An experiment that is pickled as TOML; each worker process parses it once."""
+    """An experiment that is pickled as TOML, with the Python functions that it names.
+
+    Each worker process parses it once.
+    """
 
     def __init__(self, experiment: Experiment) -> None:
         self._experiment: Experiment | None = experiment
@@ -88,14 +92,18 @@ class SerializedExperiment:
     def __getstate__(self) -> "State":
         if self._state is None:
             experiment = self.experiment
-            for entry in experiment.in_python:
-                raise GaitsimError(
-                    f"the {entry} cannot be sent to other processes",
-                    where=entry.target,
-                    remedy="run it without workers, or create a package: 'gaitsim plugins new'",
-                )
-            self._state = experiment.to_toml(), tuple(required_versions([experiment]).items())
+            versions = tuple(required_versions([experiment]).items())
+            functions = pickled(experiment.outside) if experiment.outside else b""
+            self._state = experiment.to_toml(), versions, functions
         return self._state
+
+    def check(self) -> None:
+        """Check that workers can receive the Python functions of the experiment.
+
+        Raises:
+            GaitsimError: a function cannot be pickled.
+        """
+        self.__getstate__()
 
     def __setstate__(self, state: "State") -> None:
         self._experiment, self._state = None, state
@@ -107,17 +115,24 @@ class SerializedExperiment:
 
 
 @lru_cache(maxsize=4)
-def _parse(toml: str, packages: tuple[tuple[str, str], ...]) -> Experiment:
+def _parse(toml: str, packages: tuple[tuple[str, str], ...], functions: bytes) -> Experiment:
     # This worker may have joined after the packages of all workers were checked.
     required = dict(packages)
     check_versions(required, {f"worker on {socket.gethostname()}": version_finder(required)()})
+    if functions:
+        register_pickled(functions)
     experiment = parse_experiment(toml, "the experiment")
     prepare(experiment)
     return experiment
 
 
 def prepare(experiment: Experiment, individuals: int = 1) -> None:
-    """Evaluate random genomes, so that this process compiles or loads its kernels."""
+    """Evaluate random genomes, so that this process compiles or loads its kernels.
+
+    A body that is a user's code is not called: its calls may be slow, and users count them.
+    """
+    if experiment.body_outside:
+        return
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         space = experiment.organism.genome_space()
         genomes = space.random(individuals, np.random.default_rng(0))

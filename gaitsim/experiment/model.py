@@ -258,6 +258,11 @@ class Experiment(ReprMixin):
         return tuple(entry for entry in self.in_python if is_outside(entry.name))
 
     @property
+    def body_outside(self) -> bool:
+        """Whether the body is a user's code, such as a function."""
+        return any(entry.kind == "organism" for entry in self.outside)
+
+    @property
     def engine(self) -> str:
         """Package of the physics engine that simulates the body, or ''.
 

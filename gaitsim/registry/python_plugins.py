@@ -2,7 +2,9 @@
 
 import functools
 import inspect
-from collections.abc import Callable, Iterator, Mapping
+import pickle
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
@@ -284,12 +286,69 @@ def _section(kind: str, thing: Any, space: GenomeSpace | None) -> dict[str, Any]
     label, target = thing.__name__.strip("<>"), f"{code.co_filename}, line {code.co_firstlineno}"
     name = f"{PYTHON}{label}@{_checksum(thing, space)}"
     entry = PythonEntry(kind, name, target, OUTSIDE, "", file=code.co_filename)
-    space_of = {"space": space} if space is not None else {}
-    base = FunctionFitness if kind == "fitness" else FunctionBody
-    parts = {"entry": entry, "function": staticmethod(thing), "__module__": __name__, **space_of}
-    model = type(label, (base,), {**parts, "__doc__": inspect.getdoc(thing)})
-    register(replace(entry, model=model))
+    _register_function(entry, thing, space)
     return {PLUGIN: name}
+
+
+def _register_function(entry: PythonEntry, function: Any, space: GenomeSpace | None) -> None:
+    parts = {"entry": entry, "function": staticmethod(function), "__module__": __name__}
+    parts |= {"space": space} if space is not None else {}
+    base = FunctionFitness if entry.kind == "fitness" else FunctionBody
+    model = type(entry.label, (base,), {**parts, "__doc__": inspect.getdoc(function)})
+    register(replace(entry, model=model))
+
+
+def pickled(entries: Iterable[PythonEntry]) -> bytes:
+    """Return functions and classes for `register_pickled` in another process.
+
+    Functions of a module are pickled by reference; those of `__main__`, of notebooks and inside
+    functions with their code, and the global variables and closures that they use.
+
+    Raises:
+        GaitsimError: a function cannot be pickled, or is not registered in this process.
+    """
+    import cloudpickle
+
+    found = []
+    for entry in entries:
+        if entry.model is None:
+            raise entry.missing_error
+        bases = (FunctionFitness, FunctionBody)
+        thing = entry.model.function if issubclass(entry.model, bases) else entry.model
+        parts = replace(entry, model=None), thing, getattr(entry.model, "space", None)
+        try:
+            found.append((str(entry), entry.target, cloudpickle.dumps(parts)))
+        except Exception as error:  # whatever the user's objects raise
+            raise GaitsimError(
+                f"the {entry} cannot be sent to workers: {error}".replace("\n", " "),
+                where=entry.target,
+                allowed="a function whose global variables and closure can be pickled",
+                remedy=f"create such objects inside {entry.label}, or move it to a module, which "
+                "workers import; or omit workers",
+            ) from error
+    return pickle.dumps((sys.version_info[:2], found))
+
+
+def register_pickled(functions: bytes) -> None:
+    """Register the functions and classes that `pickled` returned in another process."""
+    version, found = pickle.loads(functions)
+    if version != sys.version_info[:2]:
+        there, here = (".".join(map(str, one)) for one in (version, sys.version_info[:2]))
+        what = f"a worker has Python {here}, which cannot load functions of Python {there}"
+        raise GaitsimError(what, remedy=f"start the workers with Python {there}")
+    for name, target, data in found:
+        try:
+            entry, thing, space = pickle.loads(data)
+        except Exception as error:
+            raise GaitsimError(
+                f"a worker cannot load the {name}: {type(error).__name__}: {error}",
+                where=target,
+                remedy="define it in a module that workers can import, or omit workers",
+            ) from error
+        if isinstance(thing, type) and issubclass(thing, Plugin):
+            register(replace(entry, model=thing))
+        else:
+            _register_function(entry, thing, space)
 
 
 def _name_of(kind: str, model: type[Plugin]) -> str:
