@@ -353,7 +353,7 @@ def test_a_function_that_cannot_be_pickled_is_named_before_the_search() -> None:
             return genomes[:, 0]
 
     assert run_to_end(gs.evolve(body=guarded, space=SPACE, generations=1)).number == 1
-    with pytest.raises(gs.GaitsimError, match="'guarded' cannot be sent to workers.*lock"):
+    with pytest.raises(gs.GaitsimError, match=r"'guarded' cannot be sent to workers.*lock"):
         run_to_end(gs.evolve(body=guarded, space=SPACE, workers=2))
 
 
