@@ -29,6 +29,8 @@ API = {
         "# Python: the whole API",
         [
             "gaitsim.api.evolve",
+            "gaitsim.registry.python_plugins.scalar",
+            "gaitsim.optimiser.Optimiser",
             "gaitsim.evaluating.evaluate",
             "gaitsim.api.load",
             "gaitsim.actions.export.export",

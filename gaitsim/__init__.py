@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     )
     from gaitsim.imitation.imitating import imitate as imitate
     from gaitsim.individual import Individual as Individual, Member as Member
+    from gaitsim.optimiser import Optimiser as Optimiser
+    from gaitsim.registry.python_plugins import scalar as scalar
     from gaitsim.sharing.challenge import Challenge as Challenge, verify_code as verify_code
 
 # Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
@@ -46,6 +48,8 @@ _NAMES = {
     "gaitsim.experiment": "Experiment load_atlas load_experiment",
     "gaitsim.imitation.imitating": "imitate",
     "gaitsim.individual": "Individual Member",
+    "gaitsim.optimiser": "Optimiser",
+    "gaitsim.registry.python_plugins": "scalar",
     "gaitsim.sharing.challenge": "Challenge verify_code",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}

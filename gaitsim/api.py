@@ -30,6 +30,7 @@ from gaitsim.gait.changed import with_world
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member, Which
 from gaitsim.live.process import detach, stop
+from gaitsim.optimiser import Progress, objective_options
 from gaitsim.registry.python_plugins import python_options
 from gaitsim.render.notebook import enable_notebook_display, page_exporter, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -46,7 +47,16 @@ from gaitsim.sharing.challenge import code_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Individual", "Member", "Run", "RunningSearch", "evolve", "load", "picture", "view"]
+__all__ = [
+    "Individual",
+    "Member",
+    "Run",
+    "RunningSearch",
+    "evolve",
+    "load",
+    "picture",
+    "view",
+]
 
 Generations = Generator[Generation, None, None]
 
@@ -61,6 +71,7 @@ def evolve(
     population: int | None = None,
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
+    objectives: Mapping[str, str] | Sequence[str] | None = None,
     workers: int | None = None,
     dask: str | None = None,
     out: str | Path | None = None,
@@ -78,12 +89,18 @@ def evolve(
             experiment's fitness.
         body: function that takes genomes, (population, genes), and returns either a dict of
             channels, each (population, …), or the scores, (population,); or an instance of a
-            subclass of `Organism`. None uses the experiment's body.
+            subclass of `Organism`. `scalar` makes one from a function of one genome. Without a
+            fitness, several objectives, (population, objectives), or a dict of terms, each
+            (population,), are allowed as well. None uses the experiment's body.
         space: genome space of a body that is a function.
         generations: number of generations; None uses the experiment's number.
-        population: individuals per generation; None uses the experiment's number.
+        population: individuals per generation; None uses the experiment's number or, without an
+            experiment, 4 + ⌊3 ln genes⌋ for CMA-ES and 100 for other searches.
         seed: seed of all random numbers; None uses the experiment's seed.
         set: options by key, such as `{"mutation.rate": 0.1}`.
+        objectives: 'max' or 'min' for each of two or more objectives, to find trade-offs with
+            NSGA-II: terms, measures or 'score' by name, or a sequence for objectives that the body
+            returns without names. The search's `members` are the trade-offs.
         workers: number of parallel workers; None chooses the body's default, which is 1 for a
             function. Functions and objects are sent to worker processes by cloudpickle.
         dask: address of a Dask scheduler, such as 'tcp://host:8786', whose workers evaluate the
@@ -99,7 +116,12 @@ def evolve(
     check_workers(workers)
     given = as_overrides(
         set,
-        {"evolution.generations": generations, "evolution.population": population, "seed": seed},
+        {
+            "evolution.generations": generations,
+            "evolution.population": population,
+            "seed": seed,
+            **objective_options(objectives),
+        },
     )
     experiment = python_experiment(
         experiment, given, ARGUMENTS, fitness=fitness, body=body, space=space
@@ -135,7 +157,7 @@ def load(
     return found
 
 
-class RunningSearch(ReprMixin, Iterator[Generation]):
+class RunningSearch(Progress, Iterator[Generation]):
     """A search to loop over once, as returned by `evolve`.
 
     After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end
@@ -157,27 +179,15 @@ class RunningSearch(ReprMixin, Iterator[Generation]):
         generations: Generations,
         writers: Sequence[RunWriter] = (),
     ) -> None:
-        self.experiment = experiment
-        self.path = path
-        self.last: Generation | None = None
-        self.champion: Individual | None = None
+        super().__init__(experiment, path)
         self._generations, self._writers = generations, writers
 
     def __next__(self) -> Generation:
-        self.last = generation = next(self._generations)
+        generation = next(self._generations)
         if generation.number == 1 and not np.isfinite(generation.scores).any():
             reason = generation.evaluation.reasons.get(0, "its score is not finite")
             warn(f"all {len(generation.scores):,} individuals failed (individual 0: {reason})")
-        score = float(generation.scores[generation.best])
-        if np.isfinite(score) and (self.champion is None or score > self.champion.score):
-            self.champion = Individual(
-                self.experiment,
-                score,
-                generation.evaluation.terms_of(generation.best),
-                generation.number,
-                generation.genomes[generation.best],
-                self.path,
-            )
+        self._add(generation)
         return generation
 
     @property
@@ -205,15 +215,6 @@ class RunningSearch(ReprMixin, Iterator[Generation]):
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-    def _repr_fields(self) -> Mapping[str, ReprField]:
-        return {
-            "experiment": self.experiment.name,
-            "generation": self.last.number if self.last else 0,
-            "of": self.experiment.evolution.generations,
-            "best": self.champion.score if self.champion else "",
-            "path": str(self.path or ""),
-        }
 
 
 class Run(ReprMixin):

@@ -368,6 +368,133 @@ def test_a_function_is_called_only_for_genomes_of_the_search() -> None:
     assert genes == np.concatenate(found).tolist()
 
 
+def rosenbrock(x: Array) -> float:
+    return float(-(100 * (x[1:] - x[:-1] ** 2) ** 2 + (1 - x[:-1]) ** 2).sum())
+
+
+def test_a_function_of_one_genome_is_a_body() -> None:
+    last = run_to_end(gs.evolve(body=gs.scalar(rosenbrock), space=SPACE, generations=5))
+    assert last.scores.tolist() == [rosenbrock(genome) for genome in last.genomes]
+    names = [
+        gs.evolve(body=body, space=SPACE).experiment.entries["organism"].name
+        for body in (gs.scalar(rosenbrock), rosenbrock)
+    ]
+    assert names[0] != names[1]
+
+
+TEN = gs.RealSpace(np.full(10, -5.0), np.full(10, 5.0))
+
+
+@pytest.mark.parametrize("population", [7, 10])
+@pytest.mark.parametrize(
+    "function",
+    [rosenbrock, lambda x: -(x[0] ** 2) - x[1] ** 2, lambda x: -float(x @ x), lambda x: -sum(x**2)],
+)
+def test_a_function_of_one_genome_is_never_mistaken_for_one_of_a_population(
+    function: Any, population: int
+) -> None:
+    """`x[0] ** 2` of ten genomes of ten genes has the shape of their scores."""
+    with pytest.raises(gs.GaitsimError, match=r"body=gs\.scalar\("):
+        run_to_end(gs.evolve(body=function, space=TEN, population=population))
+
+
+def trade(genomes: Genomes) -> tuple[Array, Array]:
+    """Return two objectives, one of which is to be minimised."""
+    return (genomes**2).sum(axis=1), -((genomes - 2) ** 2).sum(axis=1)
+
+
+def test_objectives_are_returned_in_any_form() -> None:
+    def columns(genomes: Genomes) -> Array:
+        return np.stack(trade(genomes), axis=1)
+
+    def named(genomes: Genomes) -> dict[str, Array]:
+        return dict(zip(("far", "near"), trade(genomes), strict=True))
+
+    @gs.scalar
+    def one(genome: Array) -> tuple[float, float]:
+        far, near = trade(genome[None])
+        return float(far[0]), float(near[0])
+
+    fronts = []
+    for body in (trade, columns, named, one):
+        objectives: Any = {"far": "min", "near": "max"} if body is named else ("min", "max")
+        search = gs.evolve(
+            body=body, space=SPACE, objectives=objectives, generations=4, population=8
+        )
+        run_to_end(search)
+        assert search.members is not None
+        fronts.append(search.members)
+    for front in fronts[1:]:
+        assert np.array_equal(front.genomes, fronts[0].genomes)
+        assert np.array_equal([*front.values.values()], [*fronts[0].values.values()])
+    with pytest.raises(gs.GaitsimError, match="2 objectives, but the search 'cma-es'"):
+        run_to_end(gs.evolve(body=trade, space=SPACE))
+
+
+@pytest.mark.parametrize(
+    ("options", "score"),
+    [
+        ({}, sphere),
+        ({"set": {"search.plugin": "differential-evolution"}, "population": 9}, sphere),
+        ({"objectives": ("min", "max"), "population": 8}, trade),
+        ({"experiment": "spider", "population": 10}, sphere),
+    ],
+)
+def test_an_optimiser_gives_the_same_bits_as_evolve(options: Any, score: Any) -> None:
+    search = gs.evolve(body=score, space=SPACE, generations=6, seed=5, **options)
+    last = run_to_end(search)
+    optimiser = gs.Optimiser(SPACE, generations=6, seed=5, **options)
+    while not optimiser.stop:
+        assert np.array_equal(optimiser.ask(), optimiser.ask())
+        told = optimiser.tell(score(optimiser.ask()))
+    assert np.array_equal(told.genomes, last.genomes)
+    assert np.array_equal(told.scores, last.scores)
+    assert optimiser.stop == search.stop
+    best = [optimiser.champion, search.champion]
+    assert best[0] is not None
+    assert best[1] is not None
+    assert np.array_equal(best[0].genome, best[1].genome)
+    assert np.array_equal(optimiser.history["mean"], search.history["mean"])
+    assert optimiser.history["generation"].tolist() == [1, 2, 3, 4, 5, 6]
+
+
+def test_mistakes_with_an_optimiser_are_explained() -> None:
+    optimiser = gs.Optimiser(SPACE, generations=1)
+    with pytest.raises(gs.GaitsimError, match=r"call ask\(\) before"):
+        optimiser.tell([1.0])
+    size = len(optimiser.ask())
+    for scores in (0.0, np.zeros(3), np.zeros((size, 1)), ["a"] * size, {"a": np.zeros((size, 2))}):
+        with pytest.raises(gs.GaitsimError, match=r"tell\(\) received scores"):
+            optimiser.tell(scores)
+    optimiser.tell([np.nan, *range(size - 1)])
+    assert optimiser.champion is not None
+    assert optimiser.champion.score == size - 2
+    with pytest.raises(gs.GaitsimError, match="the search has ended: 1 generations are done"):
+        optimiser.ask()
+
+
+def test_the_history_of_a_search_needs_no_run(tmp_path: Path) -> None:
+    search = search_for_pendulum(tmp_path / "run")
+    run_to_end(search)
+    recorded = search.run.history
+    assert list(recorded) == list(search.history)
+    for name, values in search.history.items():
+        assert np.array_equal(values, recorded[name]), name
+
+
+def test_the_default_population_of_cma_es_grows_with_the_genes() -> None:
+    sizes = [
+        gs.evolve(body=sphere, space=space, set=options).experiment.evolution.population
+        for space, options in (
+            (SPACE, {}),
+            (TEN, {}),
+            (TEN, {"evolution.population": 30}),
+            (TEN, {"search.plugin": "differential-evolution"}),
+        )
+    ]
+    assert sizes == [7, 10, 30, 100]
+
+
 def test_genomes_are_scored_for_any_optimiser() -> None:
     experiment = search_for_pendulum().experiment
     genomes = experiment.space().random(5, np.random.default_rng(0))

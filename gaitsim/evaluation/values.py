@@ -9,6 +9,7 @@ from gaitsim.contracts import Measure, Motion
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
+from gaitsim.registry.python_plugins import OBJECTIVE
 
 Scores = NDArray[np.float64]
 TERM = "term:"
@@ -25,6 +26,14 @@ def values_to_read(
     """
     with plugin_errors(experiment.entries["search"], "naming the values it reads"):
         names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]
+    if not names and f"{OBJECTIVE} 1" in terms:
+        search = experiment.entries["search"].name
+        raise GaitsimError(
+            f"the body returned {len(terms)} objectives, but the search {search!r} maximises one "
+            "score",
+            allowed="one score for each individual; or a dict of terms, whose sum is the score",
+            remedy="pass objectives=('max', 'min') to find trade-offs with NSGA-II",
+        )
     if not names and experiment.reality is None:
         return {}
     body = experiment.entries["organism"]

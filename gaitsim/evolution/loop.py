@@ -125,7 +125,6 @@ def evolve(
         PluginError: a plugin fails or breaks its contract; the error names its package.
     """
     space, evolution = experiment.space(), experiment.evolution
-    number, before = 1, SearchProgress(0, -math.inf, -1, evolution.fitness_threshold)
     while after is None or not stop_reason(
         evolution, after.number, after.progress, len(after.genomes)
     ):
@@ -135,37 +134,62 @@ def evolve(
         )
         seconds = (time.perf_counter() - start) / len(evaluated)
         for genomes, evaluation in evaluated:
-            start = time.perf_counter()
-            if after is not None:
-                number, before = after.number + 1, after.progress
-                check_terms(experiment, after.evaluation, evaluation)
-            if experiment.worlds.redrawn(number):
-                state, more = reevaluate_remembered(
-                    experiment, state, evaluate, number, redrawn=True
-                )
-                before = before.reset_scores(evolution.fitness_threshold, more)
-            state = tell(experiment, space, state, results(genomes, evaluation), number)
-            with plugin_errors(experiment.entries["organism"], "measuring diversity"):
-                diversity = float(space.diversity(genomes))
-            progress, is_champion = advance(
-                before, float(evaluation.scores.max()), len(genomes), evolution
+            after = finish_generation(
+                experiment, space, after, state, genomes, evaluation, evaluate, seconds
             )
-            progress = replace(progress, finished=finished(experiment, state))
-            after = Generation(
-                number=number,
-                genomes=genomes,
-                evaluation=evaluation,
-                progress=progress,
-                diversity=diversity,
-                seconds=seconds + time.perf_counter() - start,
-                is_champion=is_champion,
-                stop=stop_reason(evolution, number, progress, len(genomes)),
-                state=state,
-                figures=figures(experiment, state),
-            )
+            state = after.state
             yield after
             if after.stop:
                 return
+
+
+def finish_generation(
+    experiment: Experiment,
+    space: GenomeSpace,
+    after: Generation | None,
+    state: State,
+    genomes: Genomes,
+    evaluation: Evaluation,
+    evaluate: Evaluate,
+    seconds: float,
+) -> Generation:
+    """Tell the search the scores of its genomes, and return the finished generation.
+
+    Args:
+        experiment: experiment with the search.
+        space: genome space.
+        after: previous generation; None for the first.
+        state: state that the search returned with the genomes.
+        genomes: genomes of the population, (population, genes).
+        evaluation: scores of the genomes.
+        evaluate: function that scores the genomes that the search remembers in new worlds.
+        seconds: time that `ask` and the evaluation took.
+    """
+    start, evolution = time.perf_counter(), experiment.evolution
+    number, before = 1, SearchProgress(0, -math.inf, -1, evolution.fitness_threshold)
+    if after is not None:
+        number, before = after.number + 1, after.progress
+        check_terms(experiment, after.evaluation, evaluation)
+    if experiment.worlds.redrawn(number):
+        state, more = reevaluate_remembered(experiment, state, evaluate, number, redrawn=True)
+        before = before.reset_scores(evolution.fitness_threshold, more)
+    state = tell(experiment, space, state, results(genomes, evaluation), number)
+    with plugin_errors(experiment.entries["organism"], "measuring diversity"):
+        diversity = float(space.diversity(genomes))
+    progress, is_champion = advance(before, float(evaluation.scores.max()), len(genomes), evolution)
+    progress = replace(progress, finished=finished(experiment, state))
+    return Generation(
+        number=number,
+        genomes=genomes,
+        evaluation=evaluation,
+        progress=progress,
+        diversity=diversity,
+        seconds=seconds + time.perf_counter() - start,
+        is_champion=is_champion,
+        stop=stop_reason(evolution, number, progress, len(genomes)),
+        state=state,
+        figures=figures(experiment, state),
+    )
 
 
 def _next_generations(
@@ -181,21 +205,26 @@ def _next_generations(
     With `parallel_map`, these are all generations up to the next migration.
     """
     number = after.number + 1 if after else 1
+    if experiment.islands.number > 1 and after is not None and parallel_map is not None:
+        return {}, parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
+    genomes, state = next_genomes(experiment, space, after, starts)
+    return state, [(genomes, evaluate(genomes, number))]
+
+
+def next_genomes(
+    experiment: Experiment, space: GenomeSpace, after: Generation | None, starts: Genomes | None
+) -> tuple[Genomes, State]:
+    """Return the genomes of the next generation, and the state to pass to `finish_generation`."""
+    number = after.number + 1 if after else 1
     if experiment.islands.number > 1:  # only searches with an empty state support islands
         if after is None:
-            genomes = initial_islands(experiment, space, starts)
-        elif parallel_map is None:
-            genomes = next_islands(experiment, space, after.genomes, after.scores, number)
-        else:
-            return {}, parallel_epoch(experiment, parallel_map, after.genomes, after.scores, number)
-        return {}, [(genomes, evaluate(genomes, number))]
+            return initial_islands(experiment, space, starts), {}
+        return next_islands(experiment, space, after.genomes, after.scores, number), {}
     if after is None:
         state = initial_state(experiment, space, starts)
-        genomes, state = ask(experiment, space, state, None, 1, starts=starts)
-    else:
-        last = results(after.genomes, after.evaluation)
-        genomes, state = ask(experiment, space, after.state, last, number)
-    return state, [(genomes, evaluate(genomes, number))]
+        return ask(experiment, space, state, None, 1, starts=starts)
+    last = results(after.genomes, after.evaluation)
+    return ask(experiment, space, after.state, last, number)
 
 
 def reevaluate(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:

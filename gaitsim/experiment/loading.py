@@ -5,6 +5,7 @@ such as a robot's URDF. Its value is the class of the body, as in the group `gai
 followed by the option that takes the path: `urdf = "gaitsim_robot.organism:Robot.model"`.
 """
 
+import math
 import os
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
@@ -203,7 +204,8 @@ def readers() -> dict[str, list[str]]:
     return found
 
 
-_REAL = '[search]\nplugin = "cma-es"\n'
+CMA_ES = "cma-es"
+_REAL = f'[search]\nplugin = "{CMA_ES}"\n'
 _BITS = """[selection]
 plugin = "tournament"
 [crossover]
@@ -242,7 +244,7 @@ def python_experiment(
     given = {**_keys(sections), **overrides}
     text = ""
     if experiment is None:
-        text = _default_toml(body, space)
+        text = _default_toml(body, space, overrides.get(f"search.{PLUGIN}", CMA_ES))
     if "organism" in sections:
         label = getattr(body, "__name__", type(body).__name__).strip("<>")  # '<lambda>'
         given = {"name": label, "description": f"the body {label}", **given}
@@ -257,8 +259,17 @@ def _keys(sections: Mapping[str, Mapping[str, Any]]) -> dict[str, Any]:
     return {f"{kind}.{key}": v for kind, table in sections.items() for key, v in table.items()}
 
 
-def _default_toml(body: Any, space: Any) -> str:
-    """Return the TOML of a default search for a body: CMA-ES, or a genetic algorithm for bits."""
+def _default_toml(body: Any, space: Any, search: str) -> str:
+    """Return the TOML of a default search for a body: CMA-ES, or a genetic algorithm for bits.
+
+    The population of CMA-ES is that of Hansen 2016, "The CMA evolution strategy: a tutorial",
+    eq. 48.
+
+    Args:
+        body: see `gaitsim.evolve`.
+        space: see `gaitsim.evolve`.
+        search: name of the search of a body with real genes.
+    """
     presets = "name a preset to use its search and options: gs.evolve('spider', …)"
     if body is None:
         raise GaitsimError(
@@ -269,7 +280,8 @@ def _default_toml(body: Any, space: Any) -> str:
         )
     genomes = body.genome_space() if isinstance(body, Organism) else space
     if isinstance(genomes, RealSpace):
-        return _REAL
+        size = f"[evolution]\npopulation = {4 + math.floor(3 * math.log(genomes.genes))}\n"
+        return _REAL + (size if search == CMA_ES else "")
     if isinstance(genomes, BitSpace):
         return _BITS
     what = f"there is no default search for genomes of a {type(genomes).__name__}"

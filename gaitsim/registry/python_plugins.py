@@ -104,15 +104,19 @@ class ScoreChannel(Fitness):
     needs: ClassVar[tuple[str, ...]] = ()
 
     def terms(self, motion: Motion) -> dict[str, Array]:
-        """Return the channel `score` as the only term."""
-        if "score" not in motion:
-            raise GaitsimError(
-                "no fitness was passed, and the body returned no score",
-                where=f"the body returned the channels {', '.join(motion)}",
-                allowed="a channel 'score', or one array (population,), which is the score",
-                remedy="return a score from the body, or pass a function as fitness=…",
-            )
-        return {"score": motion["score"]}
+        """Return the channel `score`, or all channels if each has the shape (population,)."""
+        if "score" in motion:
+            return {"score": motion["score"]}
+        terms = dict(motion)
+        if all(values.ndim == 1 for values in terms.values()):
+            return terms
+        raise GaitsimError(
+            "no fitness was passed, and the body returned no score",
+            where=f"the body returned the channels {', '.join(motion)}",
+            allowed="a channel 'score'; one array (population,), which is the score; or a dict of "
+            "such arrays, which are its terms",
+            remedy="return a score from the body, or pass a function as fitness=…",
+        )
 
 
 class FunctionBody(Organism):
@@ -128,33 +132,45 @@ class FunctionBody(Organism):
         return type(self).space
 
     def move(self, genomes: Genomes) -> Motion:
-        """Return the function's result as a motion; a single array becomes the channel `score`."""
-        found = type(self).function(genomes)
-        if isinstance(found, Motion):
-            return found
-        channels = found if isinstance(found, Mapping) else {"score": found}
-        if channels is not found and np.ndim(self._channel("score", found, len(genomes))) != 1:
-            what = f"returned an array of shape {np.shape(found)}"
-            expected = f"a score for each individual, (population,) = ({len(genomes)},)"
-            raise contract_error(self.entry, what, f"{expected}, or a dict of channels")
-        if not channels:
-            raise contract_error(self.entry, "returned no channel", _CHANNELS)
-        return Motion(1.0, {k: self._channel(k, v, len(genomes)) for k, v in channels.items()})
+        """Return the function's result as a motion; see `motion_of`.
 
-    def _channel(self, name: Any, values: Any, population: int) -> Array:
-        if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
-            raise contract_error(self.entry, f"names a channel {name!r:.80}", "a printable string")
+        A function written for one genome may return an array (genes,), which would pass for the
+        scores of a population of the same size. Such a population is evaluated in two parts.
+        """
+        if not len(genomes) == self.space.genes > 1:
+            return self._call(genomes)
+        one, others = self._call(genomes[:1]), self._call(genomes[1:])
+        if list(one) != list(others):
+            what = f"returned the channels {', '.join(others)} after {', '.join(one)}"
+            raise contract_error(self.entry, what, "the same names for all genomes")
+        failures = one.failures | {index + 1: why for index, why in others.failures.items()}
+        channels = {name: np.concatenate([one[name], others[name]]) for name in one}
+        return Motion(one.frame_rate, channels, failures=failures)
+
+    def _call(self, genomes: Genomes) -> Motion:
         try:
-            array = np.asarray(values)
-        except ValueError:  # lists of different lengths
-            array = np.empty(0, object)
-        if array.dtype.kind not in "fiub":
-            what = f"returned {values!r:.80} for the channel {name!r}"
-            raise contract_error(self.entry, what, "real numbers")
-        if array.shape[:1] != (population,):
-            what = f"returned the channel {name!r} with the shape {array.shape}"
-            raise contract_error(self.entry, what, f"{_FIRST} ({population}, …)")
-        return array
+            return motion_of(self.entry, type(self).function(genomes), len(genomes))
+        except Exception as error:
+            if self._takes_one(genomes[0].copy()):
+                wrong = contract_error(
+                    self.entry,
+                    f"returns one number for one genome, ({self.space.genes},), but gaitsim calls "
+                    "it with a whole population",
+                    f"a function of genomes (population, genes) = {genomes.shape}",
+                )
+                name = self.entry.argument.partition("=")[2]
+                wrong.remedy = f"pass body=gs.scalar({name})"
+                wrong.where = self.entry.target
+                raise wrong from error
+            raise
+
+    def _takes_one(self, genome: Array) -> bool:
+        """Return whether the function turns one genome, (genes,), into one number."""
+        try:
+            found = np.asarray(type(self).function(genome))
+        except Exception:
+            return False
+        return found.ndim == 0 and found.dtype.kind in "fiub"
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Raise an error, because a function cannot be drawn."""
@@ -163,6 +179,107 @@ class FunctionBody(Organism):
             allowed="a body with a skeleton",
             remedy="write a subclass of gs.Organism with the method skeleton()",
         )
+
+
+def motion_of(entry: PythonEntry, found: Any, population: int) -> Motion:
+    """Return the result of a function of genomes as a motion.
+
+    An array (population,) becomes the channel `score`; a tuple of such arrays, or an array
+    (population, objectives), the channels 'objective 1', 'objective 2' and so on.
+    """
+    if isinstance(found, Motion):
+        return found
+    if isinstance(found, Mapping):
+        if not found:
+            raise contract_error(entry, "returned no channel", _CHANNELS)
+        channels = dict(found)
+    elif isinstance(found, tuple) and all(np.shape(one) == (population,) for one in found):
+        channels = dict(zip(objective_names(len(found)), found, strict=True))
+    else:
+        array = _channel(entry, "score", found, population)
+        if array.ndim == 1:
+            channels = {"score": array}
+        elif array.ndim == 2 and array.shape[1] > 1:
+            channels = dict(zip(objective_names(array.shape[1]), array.T, strict=True))
+        else:
+            what = f"returned an array of shape {np.shape(found)}"
+            expected = f"a score for each individual, (population,) = ({population},)"
+            more = "several objectives, (population, objectives), or a dict of channels"
+            raise contract_error(entry, what, f"{expected}; {more}")
+    return Motion(
+        1.0, {name: _channel(entry, name, one, population) for name, one in channels.items()}
+    )
+
+
+def objective_names(number: int) -> list[str]:
+    """Return the names of objectives that a function returned without names."""
+    return [f"{OBJECTIVE} {index}" for index in range(1, number + 1)]
+
+
+OBJECTIVE = "objective"
+
+
+def _channel(entry: PythonEntry, name: Any, values: Any, population: int) -> Array:
+    if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
+        raise contract_error(entry, f"names a channel {name!r:.80}", "a printable string")
+    try:
+        array = np.asarray(values)
+    except ValueError:  # lists of different lengths
+        array = np.empty(0, object)
+    if array.dtype.kind not in "fiub":
+        what = f"returned {values!r:.80} for the channel {name!r}"
+        raise contract_error(entry, what, "real numbers")
+    if array.shape[:1] != (population,):
+        what = f"returned the channel {name!r} with the shape {array.shape}"
+        raise contract_error(entry, what, f"{_FIRST} ({population}, …)")
+    return array
+
+
+def scalar(function: Callable[[Array], Any]) -> Callable[[Genomes], Any]:
+    """Return a body for `gaitsim.evolve` from a function of one genome; also a decorator.
+
+    The body calls the function for one genome after another.
+
+    Args:
+        function: function of a genome, (genes,), that returns a number, which is the score; a tuple
+            of numbers, which are objectives; or a dict of numbers, which are terms. Higher scores
+            are better.
+    """
+    if not callable(function) or isinstance(function, type):
+        raise GaitsimError(
+            f"{function!r:.80} is not a function",
+            where="scalar",
+            allowed="a function of one genome, (genes,)",
+        )
+
+    @functools.wraps(function)
+    def each(genomes: Genomes) -> Any:
+        if np.ndim(genomes) == 1:
+            return function(genomes)
+        found = [function(genome) for genome in genomes]
+        first = found[0]
+        if isinstance(first, Mapping):
+            if wrong := next((one for one in found if _names(one) != _names(first)), None):
+                raise ValueError(f"it returned {wrong!r:.80} after {first!r:.80}")
+            return {name: _numbers([one[name] for one in found]) for name in first}
+        if isinstance(first, tuple):
+            return np.stack([_numbers(list(one)) for one in found])
+        return _numbers(found)
+
+    return each
+
+
+def _names(result: Any) -> list[Any] | None:
+    return list(result) if isinstance(result, Mapping) else None
+
+
+def _numbers(values: list[Any]) -> Array:
+    """Return numbers as an array; raise an error for anything else."""
+    for value in values:
+        if np.ndim(value) or np.asarray(value).dtype.kind not in "fiub":
+            shape = f", an array of shape {np.shape(value)}," if np.ndim(value) else ""
+            raise ValueError(f"it returned {value!r:.80}{shape} instead of a number")
+    return np.array(values)
 
 
 _FIRST = "an array whose first axis is the population,"
@@ -435,6 +552,9 @@ def _function_parts(function: Any) -> Iterator[str]:
     code, inner = _code(function), inspect.unwrap(function)
     if code is not None:
         yield from _code_parts(code)
+    outer = getattr(function, "__code__", None)
+    if isinstance(outer, CodeType) and outer is not code:  # a wrapper, such as that of `scalar`
+        yield outer.co_qualname
     values = [*(getattr(inner, "__defaults__", None) or ())]
     values += sorted((getattr(inner, "__kwdefaults__", None) or {}).items())
     for cell in getattr(inner, "__closure__", None) or ():
