@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from gaitsim import evolution
 from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
@@ -30,12 +30,13 @@ from gaitsim.gait.changed import with_world
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member, Which
 from gaitsim.live.process import detach, stop
-from gaitsim.optimiser import Progress, objective_options
+from gaitsim.optimiser import Progress, objective_options, start_of, start_options
 from gaitsim.registry.python_plugins import python_options
 from gaitsim.render.notebook import enable_notebook_display, page_exporter, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.runs.background import last_failure
 from gaitsim.runs.creation import create_run
+from gaitsim.runs.files.checkpoint import Start
 from gaitsim.runs.files.folder import find_run
 from gaitsim.runs.growing import overview
 from gaitsim.runs.manage import read_note, rename_run, write_note
@@ -72,6 +73,7 @@ def evolve(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     objectives: Mapping[str, str] | Sequence[str] | None = None,
+    start: ArrayLike | Individual | str | None = None,
     workers: int | None = None,
     dask: str | None = None,
     out: str | Path | None = None,
@@ -101,6 +103,10 @@ def evolve(
         objectives: 'max' or 'min' for each of two or more objectives, to find trade-offs with
             NSGA-II: terms, measures or 'score' by name, or a sequence for objectives that the body
             returns without names. The search's `members` are the trade-offs.
+        start: genome around which the search begins, (genes,), several of them, (starts, genes),
+            or an individual, such as the champion of a run or of another search; or the name of a
+            start point of the body, 'body' for all of them, or 'random'. None uses the
+            experiment's option `search.start`.
         workers: number of parallel workers; None chooses the body's default, which is 1 for a
             function. Functions and objects are sent to worker processes by cloudpickle.
         dask: address of a Dask scheduler, such as 'tcp://host:8786', whose workers evaluate the
@@ -121,14 +127,16 @@ def evolve(
             "evolution.population": population,
             "seed": seed,
             **objective_options(objectives),
+            **start_options(start),
         },
     )
     experiment = python_experiment(
         experiment, given, ARGUMENTS, fitness=fitness, body=body, space=space
     )
+    found = start_of(experiment, start)
     if out is None:
-        return RunningSearch(experiment, None, _unrecorded(experiment, workers, dask))
-    path = create_run(experiment, Path(out))
+        return RunningSearch(experiment, None, _unrecorded(experiment, found, workers, dask))
+    path = create_run(experiment, Path(out), found)
     writers: list[RunWriter] = []
     return RunningSearch(experiment, path, _recorded(path, writers, workers, dask), writers)
 
@@ -674,14 +682,19 @@ class Run(ReprMixin):
 
 # Functions rather than methods, so that a search abandoned in its loop is freed at once, together
 # with its workers and the lock of the run.
-def _unrecorded(experiment: Experiment, workers: int | None, dask: str | None) -> Generations:
+def _unrecorded(
+    experiment: Experiment, start: Start | None, workers: int | None, dask: str | None
+) -> Generations:
     with (
         _cluster(dask, workers) as cluster,
         Evaluator(experiment, workers, warn, cluster) as evaluator,
     ):
         evaluator.prepare()
         yield from evolution.evolve(
-            experiment, evaluator.evaluate, parallel_map=island_map(evaluator)
+            experiment,
+            evaluator.evaluate,
+            starts=start.genomes if start else None,
+            parallel_map=island_map(evaluator),
         )
 
 

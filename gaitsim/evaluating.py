@@ -58,7 +58,7 @@ def evaluate(
         what = f"invalid generation: {generation!r}"
         raise GaitsimError(what, where="generation", allowed="a whole number, 1 or more")
     space = experiment.space()  # called once, as it may be slow
-    given = _genomes(experiment, space, genomes)
+    given = as_genomes(experiment, space, genomes)
     if repair:
         with plugin_errors(experiment.entries["organism"], "repairing genomes"):
             given = np.ascontiguousarray(space.repair(given))
@@ -67,34 +67,45 @@ def evaluate(
     return _evaluator(experiment).evaluate(given, int(generation))
 
 
-def _genomes(experiment: Experiment, space: GenomeSpace, given: ArrayLike) -> Genomes:
-    """Return genomes as an array (population, genes) with the dtype of the genome space."""
+def as_genomes(
+    experiment: Experiment, space: GenomeSpace, given: ArrayLike, name: str = "genomes"
+) -> Genomes:
+    """Return genomes as an array (population, genes) with the dtype of the genome space.
+
+    Args:
+        experiment: experiment with the body of the genomes.
+        space: genome space.
+        given: genomes, (population, genes), or one, (genes,).
+        name: name of the argument, for messages.
+    """
     try:
         array: Any = np.asarray(given)
     except ValueError:  # lists of different lengths
         array = np.empty(0, object)
     if array.dtype.kind not in "fiub":
-        raise _invalid_genomes(experiment, "the genomes are not real numbers")
+        raise _invalid_genomes(name, experiment, "the genomes are not real numbers")
     if array.ndim == 1:
         array = array[None]
     if array.ndim != 2 or array.shape[1] != space.genes or not len(array):
         what = f"the genomes have the shape {np.shape(given)}"
         turned = np.shape(given)[:1] == (space.genes,) and np.ndim(given) == 2
-        raise _invalid_genomes(experiment, what, "transpose them" if turned else "")
+        raise _invalid_genomes(name, experiment, what, "transpose them" if turned else "")
     if not np.isfinite(array).all():
         individual, gene = np.argwhere(~np.isfinite(array))[0]
         value = array[individual, gene]
         label = f"gene {gene + 1}, {space.labels[gene]!r},"
-        raise _invalid_genomes(experiment, f"{label} of individual {individual} is {value}")
+        raise _invalid_genomes(name, experiment, f"{label} of individual {individual} is {value}")
     found = np.ascontiguousarray(array, space.dtype)
     if space.dtype.kind != "f" and not np.array_equal(found, array):
-        raise _invalid_genomes(experiment, f"the genomes are not all of dtype {space.dtype}")
+        raise _invalid_genomes(name, experiment, f"the genomes are not all of dtype {space.dtype}")
     return found
 
 
-def _invalid_genomes(experiment: Experiment, what: str, remedy: str = "") -> GaitsimError:
+def _invalid_genomes(
+    name: str, experiment: Experiment, what: str, remedy: str = ""
+) -> GaitsimError:
     allowed = f"a finite array (population, genes) with {expected_genomes(experiment)}"
-    return GaitsimError(what, where="genomes", allowed=allowed, remedy=remedy)
+    return GaitsimError(what, where=name, allowed=allowed, remedy=remedy)
 
 
 class _Latest(threading.local):

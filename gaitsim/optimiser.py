@@ -14,6 +14,7 @@ from gaitsim.arguments import ARGUMENTS, as_overrides
 from gaitsim.contracts import Genomes, GenomeSpace, State
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError
+from gaitsim.evaluating import as_genomes
 from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.evaluation.values import values_to_read
 from gaitsim.evolution.loop import Generation, finish_generation, next_genomes
@@ -25,6 +26,8 @@ from gaitsim.individual import Individual
 from gaitsim.registry.entry_points import PythonEntry
 from gaitsim.registry.python_plugins import motion_of, objective_names
 from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.runs.compatibility import check_start, out_of_bounds
+from gaitsim.runs.files.checkpoint import Start
 from gaitsim.runs.files.history import row
 
 
@@ -108,6 +111,8 @@ class Optimiser(Progress):
         seed: seed of all random numbers.
         objectives: 'max' or 'min' for each objective, to find trade-offs with NSGA-II; see
             `gaitsim.evolve`.
+        start: genome around which the search begins, (genes,), several of them, (starts, genes),
+            or an individual; None for a random start.
         set: options by key, such as `{"search.restarts": "stop"}`.
 
     Raises:
@@ -123,6 +128,7 @@ class Optimiser(Progress):
         generations: int | None = None,
         seed: int | None = None,
         objectives: Mapping[str, str] | Sequence[str] | None = None,
+        start: ArrayLike | Individual | None = None,
         set: Mapping[str, Any] | None = None,
     ) -> None:
         options = {
@@ -130,10 +136,13 @@ class Optimiser(Progress):
             "evolution.population": population,
             "seed": seed,
             **objective_options(objectives),
+            **start_options(start),
         }
         given = as_overrides(set, options)
         super().__init__(python_experiment(experiment, given, ARGUMENTS, body=tell, space=space))
         self._space = self.experiment.space()
+        found = start_of(self.experiment, start)
+        self._starts = found.genomes if found else None
         self._asked: tuple[Genomes, State, float] | None = None
 
     def ask(self) -> Genomes:
@@ -148,7 +157,7 @@ class Optimiser(Progress):
             )
         if self._asked is None:
             start = time.perf_counter()
-            genomes, state = next_genomes(self.experiment, self._space, self.last, None)
+            genomes, state = next_genomes(self.experiment, self._space, self.last, self._starts)
             self._asked = genomes, state, time.perf_counter() - start
         return self._asked[0].copy()
 
@@ -226,6 +235,37 @@ def tell(genomes: Genomes) -> NoReturn:
 
 def _fail(genomes: Genomes, generation: int) -> NoReturn:
     tell(genomes)
+
+
+def start_of(experiment: Experiment, start: Any) -> Start | None:
+    """Return the start that a user passed, checked; None for None or the name of a start point.
+
+    Args:
+        experiment: experiment that starts from it.
+        start: genome, (genes,), or genomes, (starts, genes); an individual; or the name of a start
+            point of the body.
+    """
+    if start is None or isinstance(start, str):
+        return None
+    if isinstance(start, Individual):
+        if start.genome is None:
+            what = "the individual has no genome: it is a gait from a file"
+            raise GaitsimError(what, where="start", allowed="an individual of a search or a run")
+        score = start.score if np.isfinite(start.score) else 0.0
+        genomes = np.asarray(start.genome)[None]
+        found = Start(start.experiment.to_toml(), genomes, start.generation, score)
+        check_start(experiment, found, "start")
+        return found
+    genomes = as_genomes(experiment, experiment.space(), start, "start")
+    if wrong := out_of_bounds(experiment, genomes, "the start point"):
+        remedy = "move it into the bounds: space.repair(start), with an array (starts, genes)"
+        raise GaitsimError(wrong, where="start", remedy=remedy)
+    return Start(experiment.to_toml(), genomes)
+
+
+def start_options(start: Any) -> dict[str, Any]:
+    """Return the option that chooses a start point of the body by name; {} for other starts."""
+    return {"search.start": start} if isinstance(start, str) else {}
 
 
 def objective_options(objectives: Any) -> dict[str, Any]:

@@ -519,3 +519,54 @@ def test_a_remedy_contains_no_code_from_a_file() -> None:
     remedy = find_registered("fitness", "python:f(print(6 * 7))@12345678").missing_error.remedy
     assert "fitness=…" in remedy
     assert "print" not in remedy
+
+
+def test_a_search_starts_from_genomes_and_individuals(tmp_path: Path) -> None:
+    def first(start: Any, out: Path | None = None) -> tuple[gs.RunningSearch, Array]:
+        search = gs.evolve(
+            body=sphere, space=TEN, start=start, generations=3, seed=2, out=out,
+            set={"search.start_step": 1e-6},
+        )  # fmt: skip
+        return search, next(search).genomes
+
+    point = np.linspace(-4.0, 4.0, 10)
+    search, genomes = first(point)
+    assert np.allclose(genomes, point, atol=1e-3)
+    run_to_end(search)
+    assert search.champion is not None
+    assert np.allclose(first(search.champion)[1], search.champion.genome, atol=1e-3)
+    optimiser = gs.Optimiser(TEN, start=point, seed=2, set={"search.start_step": 1e-6})
+    assert np.array_equal(optimiser.ask(), genomes)
+    recorded, _ = first([point, point / 2], tmp_path / "run")
+    assert np.array_equal(recorded.run.snapshot.start.genomes, [point, point / 2])
+    recorded.close()
+    whole, _ = first([point, point / 2])
+    last = run_to_end(gs.load(tmp_path / "run", body=sphere, space=TEN).resume())
+    assert np.array_equal(last.genomes, run_to_end(whole).genomes)
+
+
+def test_a_search_starts_from_a_start_point_of_the_body() -> None:
+    spider = gs.load_experiment("spider")
+    names = [*spider.starts()]
+    search = gs.evolve("spider", start=names[0], population=8, generations=1)
+    assert search.experiment.search.start == names[0]
+    assert np.array_equal(next(search).genomes[0], spider.starts()[names[0]])
+    with pytest.raises(gs.GaitsimError, match="no start point 'gallop'"):
+        gs.evolve("spider", start="gallop")
+
+
+@pytest.mark.parametrize(
+    ("start", "told"),
+    [
+        (np.full(10, 9.0), r"the start point is out of bounds: 'gene 1' is 9, allowed -5 to 5"),
+        (np.zeros(3), r"the genomes have the shape \(3,\)"),
+        (np.full(10, np.nan), "gene 1, 'gene 1', of individual 0 is nan"),
+        ([[0] * 10, [0]], "not real numbers"),
+        ("origin", "has no start point 'origin'"),
+    ],
+)
+def test_wrong_start_points_are_explained(start: Any, told: str) -> None:
+    with pytest.raises(gs.GaitsimError, match=told):
+        gs.evolve(body=sphere, space=TEN, start=start)
+    with pytest.raises(gs.GaitsimError, match=told):
+        gs.Optimiser(TEN, start=start)

@@ -18,6 +18,7 @@ from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.explanation import summary_line
 from gaitsim.render.terminal.text import number
+from gaitsim.runs.files.checkpoint import Start
 from gaitsim.runs.files.folder import command
 from gaitsim.runs.files.history import FIGURE, best_terms, figures_of
 from gaitsim.runs.snapshot import RunSnapshot
@@ -169,7 +170,7 @@ def print_run_as_json(run: RunSnapshot) -> None:
             "seconds": float(history["seconds"].sum()) if history else 0.0,
             "islands": experiment.islands.model_dump() if experiment.islands.number > 1 else None,
             "worlds": experiment.worlds.model_dump() if experiment.worlds.number else None,
-            "start": {"generation": start.generation, "score": start.score} if start else None,
+            "start": _start(start) if start else None,
             "stages": [
                 {
                     "stage": stage.number,
@@ -188,6 +189,12 @@ def print_run_as_json(run: RunSnapshot) -> None:
             "fingerprint": run.fingerprint() if history else None,
         }
     )
+
+
+def _start(start: Start) -> dict[str, Any]:
+    if start.generation:
+        return {"generation": start.generation, "score": start.score}
+    return {"genomes": len(start.genomes)}
 
 
 def print_run(run: RunSnapshot) -> None:
@@ -225,9 +232,12 @@ def print_run(run: RunSnapshot) -> None:
         console.print(f"{which}, {worlds.combine} of their scores: {ranges}")
     start = run.start
     if start is not None:
+        individual = f"an individual of generation {start.generation}"
+        many = f"{len(start.genomes):,} genomes passed in Python"
         console.print(
-            f"started from an individual of generation {start.generation} "
-            f"with the score {number(start.score, 4)}"
+            f"started from {individual} with the score {number(start.score, 4)}"
+            if start.generation
+            else f"started from {many if len(start.genomes) > 1 else 'a genome passed in Python'}"
         )
     if not history:
         again = command("resume", run.path)

@@ -10,7 +10,7 @@ from gaitsim.evaluation.worlds import in_reality
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.individual import Member, Which
 from gaitsim.runs.compatibility import check_size
-from gaitsim.runs.files.checkpoint import Champion, pack, read_champion
+from gaitsim.runs.files.checkpoint import Champion, Start, pack, read_champion
 from gaitsim.runs.files.folder import (
     BESTS,
     CHAMPIONS,
@@ -35,7 +35,7 @@ from gaitsim.runs.snapshot import RunSnapshot
 
 
 def create_run(
-    experiment: Experiment, out: Path | None = None, start: Champion | None = None
+    experiment: Experiment, out: Path | None = None, start: Champion | Start | None = None
 ) -> Path:
     """Create the folder of a new run; a number is added to an existing name, as in spider-2.
 
@@ -44,8 +44,8 @@ def create_run(
     Args:
         experiment: experiment, which is written to the folder in resolved form.
         out: folder to create; None for `runs/<name of the experiment>`.
-        start: individual that fits the experiment's body, from which the initial population is
-            built; None draws the population at random.
+        start: individual or genomes that fit the experiment's body, around which the first
+            generation is drawn; None uses the start points that `search.start` chooses.
     """
     experiment.check_functions()
     check_size(experiment)
@@ -56,7 +56,7 @@ def create_run(
     wanted = RUNS / experiment.name if out is None else out
     files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
     if start is not None:
-        files[START] = pack(start)
+        files[START] = pack(Start.of(start) if isinstance(start, Champion) else start)
     return create_folder(wanted, files, (CHAMPIONS, EXPORTS))
 
 

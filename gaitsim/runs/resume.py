@@ -8,8 +8,6 @@ generation. Until that generation is written, the stage is only a difference bet
 from dataclasses import dataclass, replace
 from typing import TypedDict
 
-import numpy as np
-
 from gaitsim.contracts import Array
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
 from gaitsim.evolution import Generation, stop_reason
@@ -49,8 +47,8 @@ class ResumePlan:
         experiment: experiment of the coming generations.
         last: last generation, with the progress that the next one starts from; None before the
             first.
-        start: genome that the run was started from, (1, genes); None begins as the experiment's
-            option `search.start` says.
+        start: genomes that the run was started from, (starts, genes); None begins as the
+            experiment's option `search.start` says.
         stages: stages that have ended, including the one ended by `changes`.
         changes: changes that start a stage; () if there are none.
         warning: problems of the run that do not prevent it from continuing, or ''.
@@ -238,7 +236,7 @@ def _compare_versions(
 
 
 def warm_start(run: RunSnapshot, experiment: Experiment) -> Array | None:
-    """Return the genome that the run was started from, (1, genes), or None."""
+    """Return the genomes that the run was started from, (starts, genes), or None."""
     try:
         start = run.start
     except CheckpointError as error:
@@ -247,4 +245,4 @@ def warm_start(run: RunSnapshot, experiment: Experiment) -> Array | None:
     if start is None:
         return None
     check_start(experiment, start, str(run.path / START))
-    return np.asarray(start.genome)[None]
+    return start.genomes

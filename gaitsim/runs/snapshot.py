@@ -28,10 +28,10 @@ from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outsi
 from gaitsim.runs.background import BackgroundProcess, background_process, last_failure
 from gaitsim.runs.compatibility import check_population, missing_packages, out_of_bounds
 from gaitsim.runs.files.checkpoint import (
-    Champion,
     Checkpoint,
-    read_champion,
+    Start,
     read_checkpoint,
+    read_start,
     read_with_fallback,
 )
 from gaitsim.runs.files.folder import (
@@ -253,10 +253,10 @@ class RunSnapshot:
         return read_records(self.path / CHECKSUMS, RECORD, self.generation)
 
     @cached_property
-    def start(self) -> Champion | None:
-        """The individual that the run started from; None if it started at random."""
+    def start(self) -> Start | None:
+        """The individual or genomes that the run was started from; None without any."""
         path = self.path / START
-        return read_champion(path) if os.path.lexists(path) else None
+        return read_start(path) if os.path.lexists(path) else None
 
     @cached_property
     def note(self) -> str:

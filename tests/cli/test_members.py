@@ -66,7 +66,7 @@ def test_all_commands_return_the_same_member(gaitsim, front, tmp_path):
     assert f"joints-generation-5-member-{number}.png" in drawn
 
     gaitsim("run", "puppet.toml", "--from", f"puppet#{number}", "--out", "b")
-    assert gs.load("b").snapshot.start.genome.tobytes() == genome.tobytes()
+    assert gs.load("b").snapshot.start.genomes.tobytes() == genome.tobytes()
 
 
 def test_a_member_can_be_chosen_by_values(gaitsim, front):

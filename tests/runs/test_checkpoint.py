@@ -14,9 +14,11 @@ from gaitsim.runs.files.checkpoint import (
     Champion,
     Checkpoint,
     Stage,
+    Start,
     pack,
     read_champion,
     read_checkpoint,
+    read_start,
     read_with_fallback,
     write_champion,
     write_checkpoint,
@@ -294,6 +296,22 @@ def test_stages_are_checked(stages, tmp_path, checkpoint):
     path = tmp_path / "population.pickle"
     path.write_bytes(safe_pickle.dumps(content(checkpoint()) | {"stages": stages}))
     assert "population.stages" in refused(path).what
+
+
+def test_a_start_is_read_as_written_and_from_the_champion_of_version_0_1(tmp_path, champion):
+    one = champion()
+    several = Start("name = 'a'", np.array([[0.5, 1.0], [2.0, -3.0]]))
+    for record, genomes, generation in (
+        (several, several.genomes, 0),
+        (one, one.genome[None], one.generation),
+    ):
+        path = tmp_path / "start.pickle"
+        path.write_bytes(pack(record))
+        found = read_start(path)
+        assert np.array_equal(found.genomes, genomes)
+        assert found.generation == generation
+    path.write_bytes(pack(several))
+    assert "'champion'" in refused(path, read_champion).allowed
 
 
 def test_a_champion_is_not_read_as_a_population(tmp_path, checkpoint, champion):

@@ -119,7 +119,7 @@ def test_a_run_needs_nothing_but_its_own_folder(puppet, staged):
     whole = evolve_run(path)
     shutil.rmtree(staged.path)
     assert evolve_run(Path("copy")).fingerprint() == whole.fingerprint()
-    assert whole.start.generation == find_individual("copy/start.pickle").generation
+    assert whole.start.generation == RunSnapshot(Path("copy")).start.generation
     unlike = evolve_run(create_run(puppet(), Path("unlike")))
     assert unlike.fingerprint() != whole.fingerprint()
     assert unlike.start is None

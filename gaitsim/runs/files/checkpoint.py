@@ -3,7 +3,7 @@
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,7 +28,6 @@ from gaitsim.runs.files.schema import (
     plain_array,
 )
 
-_T = TypeVar("_T")
 _GENES = ("<f8", "|u1")
 _REAL = ("<f8",)
 _SCORES = array(("population",), _REAL, "finite or −inf", lambda scores: scores < np.inf)
@@ -122,6 +121,32 @@ class Champion:
     terms: dict[Name, Finite]
 
 
+@dataclass(frozen=True, eq=False)
+class Start:
+    """The genomes around which a run begins.
+
+    Args:
+        experiment: experiment of the genomes as resolved TOML.
+        genomes: genomes, (starts, genes), float64 and finite, or uint8.
+        generation: generation of the individual that the run starts from, counted from 1; 0 for
+            genomes that were passed in Python.
+        score: score of that individual; 0 for genomes that were passed in Python.
+    """
+
+    kind: ClassVar[str] = "start"
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
+
+    experiment: Toml
+    genomes: Annotated[Genomes, _POPULATION]
+    generation: Count = 0
+    score: Finite = 0.0
+
+    @classmethod
+    def of(cls, champion: Champion) -> "Start":
+        """Return the start from a saved individual."""
+        return cls(champion.experiment, champion.genome[None], champion.generation, champion.score)
+
+
 def write_checkpoint(path: Path, checkpoint: Checkpoint, previous: Path | None = None) -> None:
     """Write `checkpoint` to `path` atomically, and keep the old file as `previous`."""
     data = pack(checkpoint)
@@ -138,12 +163,20 @@ def write_champion(path: Path, champion: Champion) -> None:
 
 def read_checkpoint(path: Path) -> Checkpoint:
     """Read a checkpoint without executing anything in it. The arrays are writable copies."""
-    return _unpack(path, Checkpoint.kind, _CHECKPOINT)
+    found: Checkpoint = _unpack(path, Checkpoint.kind)
+    return found
 
 
 def read_champion(path: Path) -> Champion:
     """Read a champion, as safely as `read_checkpoint`, with the same errors."""
-    return _unpack(path, Champion.kind, _CHAMPION)
+    found: Champion = _unpack(path, Champion.kind)
+    return found
+
+
+def read_start(path: Path) -> Start:
+    """Read the start of a run, as safely as `read_checkpoint`; version 0.1.0 saved a champion."""
+    found: Start | Champion = _unpack(path, Start.kind, Champion.kind)
+    return Start.of(found) if isinstance(found, Champion) else found
 
 
 def read_with_fallback(
@@ -218,27 +251,31 @@ def _check(checkpoint: Checkpoint) -> Checkpoint:
     return checkpoint
 
 
-_CHECKPOINT: TypeAdapter[Checkpoint] = TypeAdapter(Annotated[Checkpoint, AfterValidator(_check)])
-_CHAMPION = TypeAdapter(Champion)
+_ADAPTERS: dict[str, TypeAdapter[Any]] = {
+    Checkpoint.kind: TypeAdapter(Annotated[Checkpoint, AfterValidator(_check)]),
+    Champion.kind: TypeAdapter(Champion),
+    Start.kind: TypeAdapter(Start),
+}
 
 
-def pack(record: Checkpoint | Champion) -> bytes:
+def pack(record: Checkpoint | Champion | Start) -> bytes:
     """Return the bytes of a file with `record`, after checking that it can be read."""
     content = _plain(record)
     try:
-        (_CHECKPOINT if isinstance(record, Checkpoint) else _CHAMPION).validate_python(content)
+        _ADAPTERS[record.kind].validate_python(content)
     except ValidationError as error:
         key, wrong = first_problem(error, record.kind)
         raise ValueError(f"cannot write this {record.kind}: {key}: {wrong}") from error
     return safe_pickle.dumps({"kind": record.kind, **content})
 
 
-def _unpack(path: Path, kind: str, adapter: TypeAdapter[_T]) -> _T:
+def _unpack(path: Path, kind: str, *older: str) -> Any:
     content = safe_pickle.load(path)
     wrong, allowed = "it is of another kind", f"a file of the kind {kind!r}"
     try:
-        if content.pop("kind", None) == kind:
-            return adapter.validate_python(content)
+        found = content.pop("kind", None)
+        if found in (kind, *older):
+            return _ADAPTERS[found].validate_python(content)
     except ValidationError as error:
         wrong, allowed = ": ".join(first_problem(error, kind)), ""
     except MemoryError as error:
@@ -265,7 +302,7 @@ def _plain(value: Any) -> Any:
             return {key: _plain(inner) for key, inner in value.items()}
         case list() | tuple():
             return [_plain(inner) for inner in value]
-        case Checkpoint() | Champion() | Stage():
+        case Checkpoint() | Champion() | Start() | Stage():
             return {item.name: _plain(getattr(value, item.name)) for item in fields(value)}
         case _:
             return value
