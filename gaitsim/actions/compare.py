@@ -47,7 +47,7 @@ class CompareExperiments(Action):
 
     gaitsim compare millipede-random millipede-double-mutation
 
-    gaitsim compare spider spider-cma --evaluations 9000 --targets 1.5,2,2.5
+    gaitsim compare spider spider-genetic --evaluations 9000 --targets 1.5,2,2.5
 
     gaitsim compare runs/walker-four runs/walker-worlds --worlds 100
     """

@@ -77,7 +77,7 @@ def _check_start(
     start: str, entry: Entry, organism: Organism, space: GenomeSpace, problems: Problems
 ) -> None:
     """Report a start point that the body does not have."""
-    if start == RANDOM_START:
+    if start in (BODY_STARTS, RANDOM_START):
         return
     try:
         allowed = [BODY_STARTS, RANDOM_START, *starts_of(entry, organism, space)]

@@ -25,6 +25,7 @@ from gaitsim_fly.flight import (
     spin_of,
     step,
 )
+from gaitsim_fly.options import BODY_INPUTS
 
 _SATURATED = 20.0  # tanh differs from 1 by less than half a unit in the last place
 
@@ -66,10 +67,6 @@ def activate(code: int, x: NDArray[np.float64]) -> None:
     else:
         for i in range(len(x)):
             x[i] = _activated(LEAKY_RELU, x[i])
-
-
-BODY_INPUTS = 12
-"""Number of inputs before the wing angles: position, rotation, velocity and spin, 3 each."""
 
 
 @njit(inline="always", error_model="numpy")

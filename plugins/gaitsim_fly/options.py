@@ -77,6 +77,10 @@ ControlArguments = tuple[
 ]
 
 
+BODY_INPUTS = 12
+"""Number of inputs before the wing angles: position, rotation, velocity and spin, 3 each."""
+
+
 class FlyOptions(Organism):
     """Options of the fly, a cuboid with two triangular wings in air."""
 

@@ -1,10 +1,11 @@
 """The fly: a rigid body with two wings, controlled by a neural network."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import as_file, files
+from itertools import pairwise
 from typing import ClassVar
 
 import numpy as np
@@ -22,11 +23,11 @@ from gaitsim.contracts import (
     Steered,
     SteeringPage,
 )
-from gaitsim.network import gene_labels
+from gaitsim.network import Network, gene_labels
 from gaitsim.portable import cos, norm, sin, uniform
 from gaitsim_fly.flight import MOMENTUM, POSITION, ROTATION, STATE, VELOCITY
 from gaitsim_fly.motion import flight_motion, measures, skeleton
-from gaitsim_fly.options import COURSES, FlyOptions, push, wing_offsets
+from gaitsim_fly.options import BODY_INPUTS, COURSES, FlyOptions, push, wing_offsets
 
 
 def start_states(
@@ -130,6 +131,30 @@ def trained_networks() -> TrainedNetworks:
         return TrainedNetworks(tuple(stored["layers"].tolist()), genomes, experiments)
 
 
+def wing_beat(layers: Sequence[int]) -> NDArray[np.float64]:
+    """Return a network that beats the wings and ignores the body, as a genome (genes,).
+
+    Flap and pitch switch each other, as in a relaxation oscillator. While the pitch is above a
+    threshold, the wing flaps down, otherwise up; while the flap is above another threshold, the
+    pitch rises, otherwise it falls. The limited speed of the wings delays each, so that the wing is
+    flat in the middle of its stroke down, and stands on edge on its way up.
+
+    Args:
+        layers: units of each layer, at least two in each of one or more hidden layers.
+    """
+    weights = [np.zeros((outputs, inputs)) for inputs, outputs in pairwise(layers)]
+    biases = [np.zeros(outputs) for outputs in layers[1:]]
+    flap, pitch = BODY_INPUTS, BODY_INPUTS + 1
+    weights[0][0, flap] = weights[0][1, pitch] = 3.0
+    biases[0][:2] = -0.5, 1.5
+    for weight in weights[1:-1]:
+        weight[0, 0] = weight[1, 1] = 3.0
+    for wing in range(0, layers[-1], 3):
+        weights[-1][wing, 1], weights[-1][wing + 1, 0] = -4.0, 4.0
+        biases[-1][wing] = -2.0
+    return Network(tuple(weights), tuple(biases)).genes
+
+
 TRIALS = ("frames", "trials")
 XYZ = ("x", "y", "z")
 WINGS = ("left flap", "left pitch", "left sweep", "right flap", "right pitch", "right sweep")
@@ -154,6 +179,11 @@ class Fly(FlyOptions):
         "angular_velocity": Channel((*TRIALS, XYZ), "rad/s", "angular velocity in the world frame"),
         "wing_angles": Channel((*TRIALS, WINGS), "rad", "angles of the wings"),
     }
+
+    def starts(self) -> Mapping[str, Array]:
+        """Return a wing beat made by hand; {} for networks that cannot hold it."""
+        fits = len(self.hidden) > 0 and min(self.hidden) > 1 and self.activation == "tanh"
+        return {"wing beat": self.genome_space().repair(wing_beat(self.layers))} if fits else {}
 
     def genome_space(self) -> RealSpace:
         """Return the space of weights and biases: W1 row by row, b1, W2, b2 …"""

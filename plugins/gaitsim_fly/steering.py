@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Command, Genomes, Motion, Steered
 from gaitsim.errors import GaitsimError
 from gaitsim_fly import course, flight
-from gaitsim_fly.control import BODY_INPUTS, command, fill_inputs, wing_commands
+from gaitsim_fly.control import command, fill_inputs, wing_commands
 from gaitsim_fly.course import CLIMB, COURSE, SPEED, TURN, X, Y, Z, advance
 from gaitsim_fly.flight import ALIVE, LANES, STATE, WING_SPEED, WINGS, Buffer, step
 from gaitsim_fly.motion import flight_motion
-from gaitsim_fly.options import FlyOptions
+from gaitsim_fly.options import BODY_INPUTS, FlyOptions
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,7 +1,7 @@
 """Encodings of a robot, `steps`, `sine` and `cpg`: turn a genome into servo commands."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
 
@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
-from gaitsim.encoding import GeneGroup, Oscillators, limit_steps, split_genomes
-from gaitsim.portable import cos, sin
+from gaitsim.encoding import GeneGroup, Oscillators, genome_space, limit_steps, split_genomes
+from gaitsim.portable import arctan2, cos, norm, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import Chain, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
@@ -127,6 +127,25 @@ def interpolate_cycle(angles: Floats, phase: Floats) -> Floats:
     return between
 
 
+def first_harmonic(angles: Floats) -> Floats:
+    """Return the mean, amplitude and phase of A sin(2πt + φ) that fits a cycle of angles best.
+
+    Args:
+        angles: angles of a cycle, (SAMPLES, joints) rad.
+
+    Returns:
+        Mean, amplitude A and phase φ of each joint, (3, joints) rad.
+    """
+    cycle = 2 * math.pi * np.arange(SAMPLES) / SAMPLES
+    sine = 2 * (sin(cycle)[:, None] * angles).mean(axis=0)
+    cosine = 2 * (cos(cycle)[:, None] * angles).mean(axis=0)
+    length = norm(np.stack([sine, cosine], axis=-1))
+    return np.stack([angles.mean(axis=0), length, arctan2(cosine, sine)])
+
+
+_ALTERNATING = {2: "walk", 4: "trot", 6: "tripod", 8: "tetrapod"}
+"""Names of the gait with half a cycle between neighbouring legs, by number of legs."""
+
 Kind = Literal["steps", "sine", "cpg"]
 
 SLOWEST = 0.3  # Hz, lower bound of the frequency gene
@@ -200,6 +219,62 @@ class Encoding:
         np.clip(angles, *self._limits, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
         return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64)
+
+    def starts(self) -> dict[str, Floats]:
+        """Return gaits made by hand, by name, as genomes (genes,).
+
+        The symmetry chooses the gait; with the symmetry 'none', there are two, an alternating one
+        and a wave. The step cycles are of moderate size. In the encodings `sine` and `cpg`, each
+        joint follows the first harmonic of its angle in such a cycle.
+        """
+        alternating = _ALTERNATING.get(len(self.anatomy.legs), "alternating")
+        if self.symmetry in ("bound", "wave"):
+            return {self.symmetry: self._gait(self.symmetry)}
+        found = {alternating: self._gait("alternating")}
+        if self.symmetry == "none" and len(self.anatomy.legs) > 2:
+            found["wave"] = self._gait("wave")
+        return found
+
+    def _gait(self, gait: Symmetry) -> Floats:
+        """Return the genome of a gait of moderate step cycles."""
+        steps = replace(self, kind="steps")
+        values = steps._moderate(gait)
+        if self.kind == "steps":
+            return steps._genome(values)
+        whole = {name: value[None] for name, value in values.items()}
+        harmonic = []
+        for leg, at in enumerate(self._leaders.tolist()):
+            if leg == at:
+                angles = steps._cycle(whole, np.zeros((1, len(self.chains))), leg)[0]
+                harmonic.append(first_harmonic(angles - self.chains[leg].zero))
+        offset, amplitude, delay = np.concatenate(harmonic, axis=1)
+        return self._genome(
+            self._moderate(gait) | {"offset": offset, "amplitude": amplitude, "delay": delay}
+        )
+
+    def _moderate(self, gait: Symmetry) -> dict[str, Floats]:
+        """Return the values of a gait of moderate step cycles by gene group, (parts,) each."""
+        size = float(np.mean([leg.length for leg in self.anatomy.legs]))
+        # A wave of two rows is the walk of a quadruped, with a quarter of a cycle between its legs.
+        lag = np.array([2 * math.pi / max(4, 1 + int(rows(self.anatomy).max()))])
+        values = {
+            "stride": 0.3 * size,
+            "lift": 0.12 * size,
+            "duty": 0.6,
+            "sway": 0.08 * size,
+            "frequency": 1.2,
+            "phase": phases(self.anatomy, gait, lag)[0],
+            "lag": lag,
+        }
+        found = {}
+        for group in self.groups:
+            found[group.name] = np.resize(values.get(group.name, 0.0), len(group.parts))
+        return found
+
+    def _genome(self, values: dict[str, Floats]) -> Floats:
+        joined = np.concatenate([values[group.name] for group in self.groups])
+        genome: Floats = genome_space(self.groups).repair(joined[None])[0]
+        return genome
 
     @cached_property
     def chains(self) -> tuple[Chain, ...]:

@@ -285,6 +285,10 @@ class Robot(Organism):
         """Return the genome space of the encoding."""
         return genome_space(self._encoding.groups)
 
+    def starts(self) -> Mapping[str, Array]:
+        """Return gaits made by hand that suit the legs, such as a trot."""
+        return self._encoding.starts()
+
     @property
     def _encoding(self) -> Encoding:
         # The intact robot in its nominal world, as damage and worlds do not change the meaning of

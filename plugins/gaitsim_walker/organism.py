@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import ClassVar, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import model_validator
 
 from gaitsim.contracts import (
@@ -62,6 +63,22 @@ def groups(plan: WalkerPlan, alternating: bool, fastest: float) -> tuple[GeneGro
 def _near_legs(group: GeneGroup) -> GeneGroup:
     near = group.halved(math.pi if group.name == "phase" else 0.0)
     return replace(near, parts=tuple(leg.removeprefix("near").strip() for leg in near.parts))
+
+
+def trot(plan: WalkerPlan, alternating: bool, fastest: float) -> Floats:
+    """Return a trot made by hand, in which knees bend as legs swing forward: a genome (genes,)."""
+    gaits: dict[str, ArrayLike] = {
+        "swing": 15 * _DEGREE,
+        "lean": 0.0,
+        "bend": 10 * _DEGREE,
+        "crouch": -10 * _DEGREE,
+        "phase": _trot(len(plan.legs)),
+        "lag": math.pi / 2,
+        "frequency": 1.5,
+    }
+    genes = groups(plan, alternating, fastest)
+    values = [np.resize(np.asarray(gaits[group.name]), len(group.parts)) for group in genes]
+    return np.asarray(genome_space(genes).repair(np.concatenate(values)[None])[0])
 
 
 def commands(
@@ -202,6 +219,12 @@ class Walker(Organism):
         That makes 13 or 25 genes, or 7 or 13 in an alternating gait.
         """
         return genome_space(self._gene_groups)
+
+    def starts(self) -> Mapping[str, Array]:
+        """Return a trot made by hand on four legs; no gait made by hand stays up on two."""
+        if self.legs == 2:
+            return {}
+        return {"trot": trot(self.plan, self.symmetry == "alternating", self.fastest_stride)}
 
     @property
     def _gene_groups(self) -> tuple[GeneGroup, ...]:

@@ -48,7 +48,7 @@ def test_commands_flags_and_choices_are_offered(offered):
     ("words", "name"),
     [
         (["run", "hexapod-a"], "hexapod-atlas"),
-        (["compare", "spider", "spider-c"], "spider-cma"),
+        (["compare", "spider", "spider-g"], "spider-genetic"),
         (["experiments", "show", "walker-w"], "walker-worlds"),
         (["steer", "fly-st"], "fly-steer"),
         (["study", "millipede-o"], "millipede-operators"),

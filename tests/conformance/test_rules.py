@@ -140,6 +140,16 @@ ERRORS = {
             "genome space",
             "2 genes, 1 labels",
         ),
+        "a start point outside the space": (
+            "def starts(self):\n    return {'hop': np.full(2, 9.0)}",
+            "starts",
+            "an invalid genome as the start point 'hop'",
+        ),
+        "a start point with a reserved name": (
+            "def starts(self):\n    return {'random': np.zeros(2)}",
+            "starts",
+            "names a start point 'random'",
+        ),
         "no genes": ("def genome_space(self):\n    return BitSpace(())", "genome space", "0 genes"),
         "a repair that goes on": (
             "def genome_space(self):\n    return BitSpace(('a', 'b'), lambda g: 1 - g)",

@@ -14,7 +14,7 @@ from gaitsim.individual import Individual
 
 @pytest.mark.parametrize("symmetry", ["none", "alternating"])
 def test_names_are_those_of_the_analysis_of_each(symmetry):
-    experiment = load_experiment("spider-cma", {"organism.symmetry": symmetry})
+    experiment = load_experiment("spider-genetic", {"organism.symmetry": symmetry})
     genomes = experiment.space().random(12, np.random.default_rng(5))
     genomes[3] = (experiment.space().lower + experiment.space().upper) / 2
     found = [gait for part in gaits_of(experiment, genomes) for gait in part]
@@ -29,7 +29,7 @@ def test_names_are_those_of_the_analysis_of_each(symmetry):
 
 
 def test_the_best_of_each_pattern_is_listed_and_gaits_without_a_name_come_last():
-    experiment = load_experiment("spider-cma")
+    experiment = load_experiment("spider-genetic")
     genomes = experiment.space().random(12, np.random.default_rng(5))
     gaits = [gait for part in gaits_of(experiment, genomes) for gait in part]
     scores = np.arange(12.0)

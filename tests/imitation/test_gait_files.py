@@ -49,7 +49,9 @@ def test_an_exported_gait_gives_the_same_network_as_its_run(format, champion, fo
 
 def test_joint_names_determine_the_body(champion, folder, gaitsim, monkeypatch):
     known = registry.entries
-    few = {name: known(registry.EXPERIMENTS)[name] for name in ("walker", "spider-cma", "spider")}
+    few = {
+        name: known(registry.EXPERIMENTS)[name] for name in ("walker", "spider-genetic", "spider")
+    }
     # The other presets take seconds to import.
     monkeypatch.setattr(
         registry, "entries", lambda kind: few if kind == registry.EXPERIMENTS else known(kind)

@@ -218,7 +218,7 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
 def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
     axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
     small = {"evolution.generations": 1, "evolution.population": 10}
-    atlas = load_atlas("spider-cma", axes=dict.fromkeys(axes), cells=20, set=small)
+    atlas = load_atlas("spider-genetic", axes=dict.fromkeys(axes), cells=20, set=small)
     for _ in gs.evolve(atlas, out=tmp_path / "run"):
         pass
     *panels, _ = draw("archive", Request(RunSnapshot(tmp_path / "run"))).axes

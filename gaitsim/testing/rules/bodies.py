@@ -8,9 +8,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
+from gaitsim.errors import PluginError
 from gaitsim.evaluation.scoring import check_motion
 from gaitsim.experiment import WORLD
-from gaitsim.experiment.model import space_of
+from gaitsim.experiment.model import space_of, starts_of
 from gaitsim.registry import Entry
 from gaitsim.testing.report import Finding, advice, any_error, error
 from gaitsim.testing.rules.common import (
@@ -180,6 +181,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
     space = space_of(entry, body)
     if (yield from any_error(_check_space(body, space))):
         return
+    yield from _check_starts(entry, body, space)
     genomes = sample_genomes(space)
     motion, seconds = _timed_move(body, genomes)
     figures["first_call_seconds"] = seconds
@@ -249,6 +251,13 @@ def _check_space(body: Organism, space: GenomeSpace) -> Iterator[Finding]:
             "different genomes",
             "draw only from the generator 'rng'",
         )
+
+
+def _check_starts(entry: Entry, body: Organism, space: GenomeSpace) -> Iterator[Finding]:
+    try:
+        starts_of(entry, body, space)
+    except PluginError as problem:
+        yield error("starts", "valid genomes by printable names", problem.what, "")
 
 
 def _timed_move(body: Organism, genomes: Genomes) -> tuple[object, float]:
