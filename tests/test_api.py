@@ -81,7 +81,7 @@ def test_an_experiment_is_a_name_a_path_or_an_object(tmp_path: Path) -> None:
 
 def test_options_are_set_by_values_of_python() -> None:
     search = gs.evolve(
-        "spider",
+        "spider-genetic",
         set={
             "crossover.plugin": "single-point",
             "crossover.point": "half",
@@ -103,7 +103,7 @@ def test_invalid_arguments_are_reported_before_the_loop() -> None:
     with pytest.raises(gs.GaitsimError, match="did you mean 'spider'"):
         gs.evolve("spidr")
     with pytest.raises(gs.GaitsimError, match="2 problems"):
-        gs.evolve("spider", population=1, set={"mutation.rate": 7})
+        gs.evolve("spider-genetic", population=1, set={"mutation.rate": 7})
     with pytest.raises(gs.GaitsimError, match="there is no run 'nowhere'"):
         gs.load("nowhere")
     with pytest.raises(gs.GaitsimError, match="not recorded"):

@@ -143,7 +143,7 @@ def test_the_output_of_show_can_be_run(gaitsim):
 def test_a_broken_plugin_is_reported_with_its_package(gaitsim, error_of, install):
     install("fake", "raise SystemExit(0)", {kind: {"broken": "X"} for kind in KINDS})
     for kind in KINDS:
-        message = error_of("run", "spider", "--set", f"{kind}.plugin=broken")
+        message = error_of("run", "spider-genetic", "--set", f"{kind}.plugin=broken")
         assert f"{kind} 'broken' of package fake 1.0 failed while being imported" in message
         assert f"where:   command line, key {kind}.plugin: fake:X" in message
     error_of("plugins", "show", "broken")

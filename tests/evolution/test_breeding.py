@@ -37,7 +37,7 @@ def test_pairs_that_are_not_crossed_have_copies_for_children(probability):
         "crossover.pair_probability": probability,
         "search.start": "random",
     }
-    experiment, pairs = load_experiment("spider", options), 20_000
+    experiment, pairs = load_experiment("spider-genetic", options), 20_000
     space = experiment.space()
     genomes = initial_population(experiment, space)
     parents = np.random.default_rng(0).permuted(np.tile(np.arange(9), (pairs, 1)), axis=1)[:, :2]

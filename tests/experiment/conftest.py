@@ -15,7 +15,7 @@ def parsed():
     """Read an experiment after changes: the spider's, or that of a text."""
 
     def parsed(*overrides, text=None):
-        text = read_preset("spider") if text is None else text
+        text = read_preset("spider-genetic") if text is None else text
         return parse_experiment(text, "x.toml", parse_assignments(overrides))
 
     return parsed
@@ -26,7 +26,7 @@ def problems():
     """Read an invalid experiment; return all problems."""
 
     def problems(*overrides, text=None):
-        text = read_preset("spider") if text is None else text
+        text = read_preset("spider-genetic") if text is None else text
         with pytest.raises(ExperimentError) as raised:
             parse_experiment(text, "x.toml", parse_assignments(overrides))
         found = raised.value.problems
@@ -53,7 +53,7 @@ def custom():
     """The TOML of the spider's experiment with other plugins: kind = name."""
 
     def custom(**sections):
-        data = tomllib.loads(read_preset("spider"))
+        data = tomllib.loads(read_preset("spider-genetic"))
         data.update({kind: {"plugin": name} for kind, name in sections.items()})
         return tomlkit.dumps(data)
 

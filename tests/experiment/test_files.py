@@ -6,7 +6,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.registry.loading import read_preset
 
-SPIDER = read_preset("spider")
+SPIDER = read_preset("spider-genetic")
 
 
 def changed(old, new):
@@ -140,7 +140,7 @@ def test_a_name_that_a_folder_can_have_is_taken(parsed, name):
     ],
 )
 def test_a_name_that_no_folder_can_have_is_refused(problem, name):
-    found = problem(text=changed('name = "spider"', f'name = "{name}"'))
+    found = problem(text=changed('name = "spider-genetic"', f'name = "{name}"'))
     assert found.where == "x.toml, key name"
     assert "invalid name: " in found.what
 
@@ -161,12 +161,12 @@ def test_a_file_is_found_by_its_path(here):
     (here / "mine.toml").write_text(SPIDER)
     (here / "mine").write_text(SPIDER)
     for reference in ("mine.toml", "./mine", str(here / "mine")):
-        assert load_experiment(reference) == load_experiment("spider")
+        assert load_experiment(reference) == load_experiment("spider-genetic")
 
 
 def test_a_byte_order_mark_and_foreign_line_ends_do_no_harm(here):
     (here / "mine.toml").write_bytes(b"\xef\xbb\xbf" + SPIDER.replace("\n", "\r\n").encode())
-    assert load_experiment("mine.toml") == load_experiment("spider")
+    assert load_experiment("mine.toml") == load_experiment("spider-genetic")
 
 
 @pytest.mark.parametrize(

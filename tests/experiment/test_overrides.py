@@ -53,7 +53,7 @@ def test_invalid_assignments_are_reported_at_once():
     ],
 )
 def test_a_value_keeps_its_type(key, value, expected):
-    experiment = load_experiment("spider", {key: value})
+    experiment = load_experiment("spider-genetic", {key: value})
     section, _, name = key.rpartition(".")
     found = getattr(getattr(experiment, section) if section else experiment, name, None)
     if name == "plugin":
@@ -82,20 +82,20 @@ def test_a_value_keeps_its_type(key, value, expected):
 )
 def test_a_value_of_another_type_is_refused_with_its_key_and_place(key, value):
     with pytest.raises(ExperimentError) as raised:
-        load_experiment("spider", {key: value}, "the study")
+        load_experiment("spider-genetic", {key: value}, "the study")
     (problem,) = raised.value.problems
     assert problem.where.startswith("the study")
     assert problem.key in (str(key), "")
 
 
 def test_a_typed_text_means_what_the_option_takes():
-    text = read_preset("spider")
+    text = read_preset("spider-genetic")
     assert parse_experiment(text, "x", {"mutation.rate": Typed(".5")}).mutation.rate == 0.5
     assert parse_experiment(text, "x", {"name": Typed("12")}).name == "12"
 
 
 def test_every_option_is_reached_from_the_command_line(parsed):
-    experiment = load_experiment("spider")
+    experiment = load_experiment("spider-genetic")
     data = tomllib.loads(experiment.to_toml())
     sections = {"evolution": experiment.evolution}
     sections.update({kind: experiment.plugin(kind) for kind in KINDS})

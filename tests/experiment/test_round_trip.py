@@ -35,7 +35,7 @@ def test_each_preset_comes_back_from_its_toml(name):
 
 
 def test_every_option_is_written_with_its_meaning():
-    experiment = load_experiment("spider")
+    experiment = load_experiment("spider-genetic")
     text = experiment.to_toml()
     for model in (experiment.evolution, *(experiment.plugin(kind) for kind in KINDS)):
         for name, field in type(model).model_fields.items():
