@@ -114,6 +114,7 @@ def rates(genes: int, samples: int, *, separable: bool, active: bool) -> Rates:
     return Rates(weights, parents, mass, step, damping, path, rank_one, rank_mu, length)
 
 
+SMALLEST_SQUARE = 1e-200  # of the length of a sample; a start point has the length 0
 LARGEST_CONDITION = 1e14  # condition number of the covariance
 LONGEST_HISTORY = 20_000  # number of updates remembered
 
@@ -253,9 +254,14 @@ class CmaEs(Search):
         return self._initial_state(context, context.starts)
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Draw samples, (population, genes), for the next update of the distribution."""
+        """Draw samples, (population, genes), for the next update of the distribution.
+
+        The very first is the start point itself, if there is one.
+        """
         space = real_space(context.space)
         drawn = standard_normal(context.rng, (context.population, space.genes)) * state["lengths"]
+        if len(context.starts):
+            drawn[0] = 0
         if self.covariance == "full":
             drawn = matmul(drawn, state["axes"])
         points = state["mean"] + state["step"] * drawn
@@ -442,7 +448,7 @@ class CmaEs(Search):
 
         weights = rate.weights.copy()
         squares = np.sum(np.square(white[rate.parents :]), axis=1)
-        weights[rate.parents :] *= genes / np.maximum(squares, np.finfo(float).tiny)
+        weights[rate.parents :] *= genes / np.maximum(squares, SMALLEST_SQUARE)
         kept = 1 - rate.rank_one - rate.rank_mu * rate.weights.sum()
         kept += rate.rank_one * (1 - steady) * rate.path * (2 - rate.path)
         if full:

@@ -103,15 +103,16 @@ def _oscillator_groups(frequency: float, symmetric: bool) -> tuple[GeneGroup, ..
 def tetrapod(frequency: float, symmetric: bool) -> NDArray[np.float64]:
     """Return an alternating tetrapod made by hand, as a genome (genes,) of 'sine' and 'cpg'.
 
-    Coxae swing as far as they may, and femora lift the feet while they swing forward. Feet of legs
-    that point forward are reached out as their coxae swing forward, those of legs that point
-    backward as their coxae swing back, which lengthens the stride.
+    Coxae and tibiae swing as far as they may, and femora lift the feet as they swing forward. The
+    tibiae lengthen the stride: those of the front legs reach out as the coxae swing forward, those
+    of the hind legs as they swing back. Those of the middle legs move an eighth of a stride closer
+    to the lift.
     """
     side = len(body.LEGS) // 2
-    forward = body.AZIMUTH[:side].astype(np.float64)
-    reach = np.abs(forward) / forward.max()
-    amplitude = np.stack([np.ones(side), np.full(side, 0.6), reach], axis=1)
-    lag = np.stack([np.full(side, math.pi / 2), np.where(forward > 0, 0.0, math.pi)], axis=1)
+    lift, eighth = math.pi / 2, math.pi / 4
+    reach = [0.0, -eighth, eighth - math.pi, math.pi]
+    amplitude = np.tile([1.0, 0.6, 1.0], (side, 1))
+    lag = np.stack([np.full(side, lift), reach], axis=1)
     amplitude *= largest_amplitude(frequency)
     copies = 1 if symmetric else 2
     return np.concatenate(
