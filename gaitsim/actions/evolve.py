@@ -52,7 +52,7 @@ class EvolveNew(Evolve):
     seed: int | None = option(None, "seed of all random numbers")
     from_: str | None = option(
         None,
-        "start from a given individual: the first population consists of it and variations of it. "
+        "start from a given individual: the search begins around it. "
         "Give a champion file, a run (its champion), RUN@N (the best individual of generation N), "
         "RUN#N (member N of its front or archive) or a challenge code",
         flag="--from",
@@ -101,7 +101,9 @@ class EvolveRun(EvolveNew):
 
     gaitsim run spider --seed 3 --generations 200
 
-    gaitsim run spider --set mutation.rate=0.1 --set fitness.yaw_weight=2
+    gaitsim run spider --set search.start=random --set fitness.yaw_weight=2
+
+    gaitsim run spider-genetic --set mutation.rate=0.1
 
     gaitsim run my-spider.toml --out runs/mine --json > log.jsonl
 

@@ -8,16 +8,17 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import ConfigDict
+from pydantic import ConfigDict, ValidationError
 from rich.text import Text
 
 from gaitsim.actions.action import JSON, Action, argument
 from gaitsim.console.printing import notice, output, print_facts, print_json, print_table
 from gaitsim.contracts.plugin import option
-from gaitsim.errors import PluginError, nearest
+from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.registry import KINDS, PRODUCTS, entries, find, load_class, unreadable
 
 if TYPE_CHECKING:
+    from gaitsim.contracts import Organism
     from gaitsim.testing import Report
 
 
@@ -46,7 +47,7 @@ class ListPlugins(Action):
 
 
 class ShowPlugin(Action):
-    """Show a plugin's options and, for a body, its channels and conditions.
+    """Show a plugin's options and, for a body, its channels, conditions and start points.
 
     A channel is a named array of the body's motion, such as joint_angles. A condition is a property
     of its world, such as friction; --world and --worlds change conditions.
@@ -104,9 +105,19 @@ def _show(kind: str, name: str) -> None:
                 ["condition", "nominal", "usual range", "unit", "meaning"],
                 [(name, *one.table_cells()) for name, one in conditions.items()],
             )
+        if starts := _default_starts(plugin):
+            console.print(f"\nstart points, for the option search.start: {', '.join(starts)}")
         if facts := plugin.library():
             console.print()
             print_facts(facts)
+
+
+def _default_starts(model: type[Organism]) -> tuple[str, ...]:
+    """Return the start points of a body with its default options; () if it needs other options."""
+    try:
+        return tuple(model().starts())
+    except (ValidationError, GaitsimError):
+        return ()
 
 
 class CheckPlugins(Action):
