@@ -243,7 +243,7 @@ def choose_plugin(
     """Return the builder with a different plugin.
 
     After a change of the organism or the search, incompatible parts are replaced by those of a
-    preset of that organism.
+    preset of that organism; with its search, its population.
     """
     builder = validation.builder.choose(kind, name)
     if kind not in ("organism", "search"):
@@ -260,6 +260,9 @@ def choose_plugin(
             usual = model.plugins.get(other, "") if model else ""
             best = usual if usual in works else works[0]
             builder = builder.choose(other, best)
+            if other == "search" and model and best == usual:
+                population = load_preset(model.name).values["evolution"]["population"]
+                builder = builder.assign("evolution.population", str(population))
     return builder
 
 

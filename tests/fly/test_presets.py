@@ -19,7 +19,7 @@ def last_generation(experiment: Experiment) -> Generation:
 @pytest.mark.parametrize(
     ("preset", "fitness", "layers"),
     [
-        ("fly", "climb", (15, 20, 20, 3)),
+        ("fly-genetic", "climb", (15, 20, 20, 3)),
         ("fly-final-altitude", "final-altitude", (15, 20, 20, 3)),
         ("fly-mean-altitude", "mean-altitude", (15, 20, 20, 3)),
         ("fly-asymmetric", "climb", (18, 20, 20, 6)),
@@ -38,7 +38,7 @@ def test_presets_have_the_parameters_of_the_source(preset: str, fitness: str, la
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preset", ["fly", "fly-asymmetric", "fly-hover"])
+@pytest.mark.parametrize("preset", ["fly-genetic", "fly-asymmetric", "fly-hover"])
 def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
     experiment = load_experiment(preset, {"evolution.generations": 12, "evolution.population": 40})
     first = last_generation(
@@ -50,7 +50,7 @@ def test_better_flies_evolve_within_a_few_generations(preset: str) -> None:
 @pytest.fixture(scope="module")
 def champion() -> Any:
     """Return a champion of an early generation of the default experiment, (1, genes)."""
-    last = last_generation(load_experiment("fly", {"seed": 2, "evolution.generations": 40}))
+    last = last_generation(load_experiment("fly-genetic", {"seed": 2, "evolution.generations": 40}))
     return last.genomes[last.best][None]
 
 

@@ -14,7 +14,7 @@ from gaitsim.registry import options
 from gaitsim.tui.builder import ExperimentBuilder, choose_plugin, load_preset, validate
 from gaitsim.tui.catalogue import read_catalogue
 
-SPIDER = load_preset("spider")
+SPIDER = load_preset("spider-genetic")
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +29,11 @@ def build(**changes):
 
 class TestCommand:
     def test_unchanged_options_are_omitted(self):
-        assert build().command(Path("runs/spider")) == "gaitsim run spider"
+        assert build().command(Path("runs/spider")) == "gaitsim run spider-genetic"
 
     def test_another_folder_is_included(self):
         command = build().command(Path("elsewhere/spider"))
-        assert command == "gaitsim run spider --out elsewhere/spider"
+        assert command == "gaitsim run spider-genetic --out elsewhere/spider"
 
     def test_the_command_creates_the_same_experiment(self, catalogue):
         builder = build(
@@ -43,7 +43,7 @@ class TestCommand:
         overrides = words[words.index("--set") :][1::2]
         found = validate(builder, catalogue)
         assert found.experiment == load_experiment(words[2], parse_assignments(overrides))
-        assert found.toml == load_experiment("spider", builder.overrides).to_toml()
+        assert found.toml == load_experiment("spider-genetic", builder.overrides).to_toml()
         assert (found.experiment.seed, found.name) == (12, "odd name")
 
     def test_undoing_a_change_restores_the_preset(self):
@@ -100,8 +100,9 @@ class TestOffers:
                 other = validate(choose_plugin(found, kind, name, catalogue), catalogue)
                 assert not {f"{kind}.plugin"} & set(other.problems), (kind, name)
 
-    def test_every_body_is_completed_with_compatible_plugins(self, catalogue):
-        found = validate(build(), catalogue)
+    @pytest.mark.parametrize("preset", ["spider", "spider-genetic"])
+    def test_every_body_is_completed_with_compatible_plugins(self, catalogue, preset):
+        found = validate(ExperimentBuilder(load_preset(preset)), catalogue)
         for body in found.offered["organism"]:
             other = validate(choose_plugin(found, "organism", body, catalogue), catalogue)
             assert other.experiment is not None, (body, other.problems)
