@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from shutil import rmtree
@@ -290,10 +291,11 @@ def _print_ranking(found: Ranking, number: int) -> None:
         format_spans,
         format_strongest,
     )
+    from gaitsim.study.in_worlds import LEAST_WORLDS
     from gaitsim.study.statistics import CONFIDENCE
 
     def spread(low: float, high: float) -> str:
-        return f"{format_or_dash(low, 3)} to {format_or_dash(high, 3)}"
+        return "–" if math.isnan(low) else f"{low:z.3f} to {high:z.3f}".replace("-", "−")
 
     console = output()
     first = found.runs[0].unseen
@@ -324,15 +326,20 @@ def _print_ranking(found: Ranking, number: int) -> None:
             f"{pair.first} − {pair.second}",
             format_or_dash(pair.difference, 3),
             spread(pair.low, pair.high),
-            "yes" if pair.differs else "no",
+            {True: "yes", False: "no", None: "–"}[pair.differs],
         )
         for pair in found.pairs
     ]
     print_table(["pair", "difference", interval, "differs"], pairs, ("difference", interval))
+    intervals = (
+        "The intervals come from resampling the worlds, equally for both "
+        "runs of a pair; they describe these champions,\nnot repeats of the runs."
+    )
+    if number < LEAST_WORLDS:
+        intervals = f"Fewer than {LEAST_WORLDS} worlds are too few for confidence intervals."
     console.print(
         "\nWorst tenth: the mean of the worst tenth of the results. Of nominal: that mean divided "
-        "by the nominal result.\nThe intervals come from resampling the worlds, equally for both "
-        "runs of a pair; they describe these champions,\nnot repeats of the runs.\n"
+        f"by the nominal result.\n{intervals}\n"
         f"Worlds: seed {first.seed}; {', '.join(format_spans(first))}.",
         style="dim",
         soft_wrap=True,

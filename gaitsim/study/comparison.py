@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, Overrides, load_experiment, read_outline, with_overrides
 from gaitsim.experiment.overrides import COMMAND_LINE
+from gaitsim.runs.files.folder import command
 from gaitsim.study.differences import differences, scoring_warning
 from gaitsim.study.runtimes import (
     GIVEN,
@@ -30,11 +31,11 @@ from gaitsim.study.runtimes import (
 )
 from gaitsim.study.statistics import (
     CONFIDENCE,
+    LEAST,
     Description,
     PairTest,
     TargetTest,
     compare,
-    compare_times,
     describe,
     least_p,
 )
@@ -228,19 +229,31 @@ class Findings:
         return len(next(iter(self.samples.values())).best)
 
     @property
+    def tests(self) -> int:
+        """Number of tests, which are corrected together."""
+        return len(self.pairs) + 2 * len(self.target_tests)
+
+    @property
     def notes(self) -> list[str]:
-        """Limits of the results: too few repeats, equal scores, unreached targets."""
+        """Limits of the results: few or failed repeats, equal scores, unreached targets."""
         found = []
-        for tests, what in (
-            (len(self.pairs), "best scores"),
-            (len(self.target_tests), "successes and times at the targets"),
-        ):
-            least = least_p(self.repeats, tests)
-            if tests and least >= 1 - CONFIDENCE:
+        if self.repeats < LEAST:
+            found.append(
+                f"{self.repeats} repeats are too few for confidence intervals, except those of "
+                f"success rates: with fewer than {LEAST}, even the range of all scores contains "
+                f"the median with less than {CONFIDENCE:.0%} confidence."
+            )
+        least = least_p(self.repeats, self.tests)
+        if least >= 1 - CONFIDENCE:
+            found.append(
+                f"{self.repeats} repeats are too few for a significant difference: with "
+                f"{self.tests} tests, the smallest possible p after correction is {least:.2g}."
+            )
+        for label, one in self.descriptions.items():
+            if one.failed:
                 found.append(
-                    f"{self.repeats} repeats are too few for a significant difference of {what}: "
-                    f"with {tests} test{'s' * (tests != 1)}, the smallest possible p after "
-                    f"correction is {least:.2g}."
+                    f"Every individual failed in {one.failed} of {one.n} repeats of {label}; these "
+                    "repeats have no score, and rank below all others."
                 )
         finals = np.concatenate([one.final for one in self.samples.values()])
         if finals.min() == finals.max():
@@ -308,16 +321,15 @@ def analyse(
         targets: scores to reach; () for 51 equally spaced targets of the ECDF, and the quartiles
             of the final scores of all experiments for the expected running times.
     """
-    for label, one in samples.items():
-        if not np.isfinite(one.final).all():
-            failed = int((~np.isfinite(one.final)).sum())
-            raise GaitsimError(
-                f"every individual failed in {failed} of {len(one.final)} repeats of {label}, "
-                "so these repeats have no score to compare",
-                remedy=f"show the reasons with: gaitsim run {one.experiment.name}",
-            )
+    if not any(np.isfinite(one.final).any() for one in samples.values()):
+        one = next(iter(samples.values()))
+        raise GaitsimError(
+            "every individual failed in all repeats of all experiments, so there is no score to "
+            "compare",
+            remedy=f"show the reasons with: {command('run', one.experiment.name)}",
+        )
     every = np.unique(targets) if targets else spaced_targets(s.best for s in samples.values())
-    descriptions = {label: describe(s.final, _stream(s)) for label, s in samples.items()}
+    descriptions = {label: describe(s.final) for label, s in samples.items()}
     few = chosen_targets(targets, (one.final for one in samples.values()))
     times = {
         target: {
@@ -325,27 +337,21 @@ def analyse(
         }
         for target in few
     }
+    pairs, target_tests = compare({label: one.final for label, one in samples.items()}, times)
     return Findings(
         samples,
         evaluations,
         descriptions,
-        compare({label: one.final for label, one in samples.items()}),
+        pairs,
         every,
         {
-            label: ecdf(one.best, one.evaluations, evaluations, every, _stream(one))
+            label: ecdf(one.best, one.evaluations, evaluations, every)
             for label, one in samples.items()
         },
         {
-            label: [
-                summarise_target(one.best, one.evaluations, target, _stream(one)) for target in few
-            ]
+            label: [summarise_target(one.best, one.evaluations, target) for target in few]
             for label, one in samples.items()
         },
-        compare_times(times),
+        target_tests,
         bool(targets),
     )
-
-
-def _stream(sample: Sample) -> np.random.Generator:
-    # The seed makes results independent of the order and number of experiments and targets.
-    return np.random.default_rng([sample.experiment.seed, len(sample.final)])

@@ -15,7 +15,7 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.comparison import Findings
 from gaitsim.study.results import markdown, number
 from gaitsim.study.runtimes import DIGITS, target_text
-from gaitsim.study.statistics import CONFIDENCE, EXACT, RESAMPLES, TargetTest
+from gaitsim.study.statistics import CONFIDENCE, EXACT, PairTest, TargetTest
 
 
 class Table(NamedTuple):
@@ -35,7 +35,6 @@ class Table(NamedTuple):
 
 def methods(findings: Findings) -> str:
     """Return a paragraph for the methods section of a paper."""
-    pairs, tests = len(findings.pairs), len(findings.target_tests)
     targets = ", ".join(map(target_text, findings.ert_targets))
     digits = ""
     if not findings.targets_given:
@@ -45,12 +44,10 @@ def methods(findings: Findings) -> str:
         f"Each of the {len(findings.samples)} experiments was repeated {findings.repeats} times "
         f"with {findings.evaluations:,} evaluations from independent random populations (gaitsim "
         f"{version('gaitsim')}); a score counts once its generation is finished. The outcome of a "
-        f"repeat is its best score. We report medians with {CONFIDENCE:.0%} percentile bootstrap "
-        f"confidence intervals ({RESAMPLES:,} resamples of the repeats) and quartiles "
-        "(interpolated linearly). Pairs were "
-        f"compared with two-sided Mann–Whitney U tests ({_exactness(findings)}), corrected for "
-        f"{_comparisons(pairs)} with Holm's procedure, and the Vargha–Delaney A12 as "
-        "effect size (Arcuri and Briand 2011). The ECDF of runtimes is the share of pairs of a "
+        f"repeat is its best score; a repeat without a finite score ranks below all others. We "
+        "report medians and quartiles (interpolated linearly). Pairs of experiments were compared "
+        f"with two-sided Mann–Whitney U tests ({_exactness(findings)}), and the Vargha–Delaney A12 "
+        "as effect size (Arcuri and Briand 2011). The ECDF of runtimes is the share of pairs of a "
         f"repeat and a target in which the repeat has reached the target, over "
         f"{target_words(findings)}, {findings.ecdf_rule}; the area under the ECDF "
         "is its mean over all evaluations. The expected running time (ERT) to a target is the "
@@ -59,11 +56,14 @@ def methods(findings: Findings) -> str:
         f"{findings.ert_rule}{digits}. "
         "At each target, successes were compared with two-sided Fisher's exact tests, and numbers "
         "of evaluations until success with the same Mann–Whitney test and A12, in which all "
-        "repeats without success tie after all others (Gehan 1965); each kind of test was "
-        f"corrected for {_comparisons(tests)} with Holm's procedure, over all pairs and targets. "
-        "Every interval draws its resamples from numpy.random.default_rng([seed, repeats]), as "
-        f"integers(0, repeats, ({RESAMPLES}, repeats)); the interval of an ERT is the inverse of "
-        f"the interval of successes per evaluation.{warning}"
+        "repeats without success tie after all others (Gehan 1965). The p-values of all "
+        f"{findings.tests} tests, of scores, successes and times, were corrected together with "
+        f"Holm's procedure. Confidence intervals ({CONFIDENCE:.0%}) are those of order statistics "
+        "for medians, of Clopper and Pearson (1934) for success rates, of Student's t after "
+        "Hall's transformation (1992) for areas, and of DeLong et al. (1988) on the logit scale "
+        "for A12, or of Newcombe (2006, method 5) where the samples do not overlap. The interval "
+        "of an ERT combines those of the success rate and of the mean time of successes (Zou and "
+        f"Donner 2008). The intervals are not corrected for their number.{warning}"
     )
 
 
@@ -71,10 +71,6 @@ def _exactness(findings: Findings) -> str:
     if 2 * findings.repeats <= EXACT:
         return "exact, conditional on ties"
     return "normal approximation with corrections for ties and continuity"
-
-
-def _comparisons(tests: int) -> str:
-    return f"{tests} comparison{'s' * (tests != 1)}"
 
 
 def target_words(findings: Findings) -> str:
@@ -114,6 +110,8 @@ def to_dict(findings: Findings) -> dict[str, object]:
                         "target": reached.target,
                         "successes": reached.successes,
                         "success_rate": reached.rate,
+                        "success_rate_low": reached.rate_low,
+                        "success_rate_high": reached.rate_high,
                         "ert": reached.ert,
                         "ert_low": reached.low,
                         "ert_high": reached.high,
@@ -123,7 +121,7 @@ def to_dict(findings: Findings) -> dict[str, object]:
             }
             for label, one in findings.samples.items()
         },
-        "comparisons": [{**vars(pair), "differs": pair.differs} for pair in findings.pairs],
+        "comparisons": [pair.to_dict() for pair in findings.pairs],
         "target_comparisons": [test.to_dict() for test in findings.target_tests],
         "notes": findings.notes,
         "warning": findings.warning or None,
@@ -137,7 +135,7 @@ def tables(findings: Findings) -> list[Table]:
     descriptions = [
         [
             label,
-            number(d.median),
+            _score(d.median),
             _range(d.median_low, d.median_high),
             _range(d.q25, d.q75),
             _range(d.minimum, d.maximum),
@@ -149,8 +147,7 @@ def tables(findings: Findings) -> list[Table]:
             f"{pair.first} against {pair.second}",
             f"{pair.p:.2g}",
             f"{pair.p_holm:.2g}",
-            f"{pair.a12:.3f}",
-            pair.effect,
+            *_effect(pair),
             "yes" if pair.differs else "no",
         ]
         for pair in findings.pairs
@@ -164,8 +161,9 @@ def tables(findings: Findings) -> list[Table]:
             target_text(r.target),
             label,
             f"{r.successes} of {r.repeats}",
+            f"{100 * r.rate_low:.0f} to {100 * r.rate_high:.0f} %",
             _count(r.ert),
-            "–" if math.isinf(r.ert) else f"{_count(r.low)} to {_count(r.high)}",
+            "–" if math.isnan(r.low) else f"{_count(r.low)} to {_count(r.high)}",
         ]
         for few in zip(*findings.reached.values(), strict=True)
         for label, r in zip(findings.reached, few, strict=True)
@@ -176,8 +174,7 @@ def tables(findings: Findings) -> list[Table]:
             f"{one.first} against {one.second}",
             f"{one.p_success:.2g} ({one.p_success_holm:.2g})",
             f"{one.p_time:.2g} ({one.p_time_holm:.2g})",
-            f"{one.a12:.3f}",
-            one.effect,
+            *_effect(one),
             _verdict(one),
         ]
         for one in findings.target_tests
@@ -189,10 +186,12 @@ def tables(findings: Findings) -> list[Table]:
         Table(after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
         Table(
             "Differences",
-            ["pair", "p", "p (Holm)", "A12", "effect", "differs at 5 %"],
+            ["pair", "p", "p (Holm)", "A12", interval, "effect", "differs at 5 %"],
             pairs,
             f"{caution}A12 is the share of pairs of scores in which the first experiment's score "
-            "is higher; ties count half. It is 0.5 if neither tends to be higher.",
+            "is higher; ties count half. It is 0.5 if neither tends to be higher. An effect is "
+            f"named only if the whole interval agrees. Holm's procedure corrects all "
+            f"{findings.tests} tests of this report together.",
         ),
         Table(
             f"ECDF over {target_words(findings)}",
@@ -201,8 +200,8 @@ def tables(findings: Findings) -> list[Table]:
             f"Targets: {findings.ecdf_rule}.",
         ),
         Table(
-            "Expected running times, evaluations",
-            ["target", "experiment", "successes", "ERT", interval],
+            "Successes and expected running times (ERT), evaluations",
+            ["target", "experiment", "successes", f"rate, {interval}", "ERT", f"ERT, {interval}"],
             reached,
             f"Targets: {findings.ert_rule}.",
         ),
@@ -214,6 +213,7 @@ def tables(findings: Findings) -> list[Table]:
                 "successes: p (Holm)",
                 "times: p (Holm)",
                 "A12",
+                interval,
                 "effect",
                 "differs at 5 %",
             ],
@@ -235,8 +235,17 @@ def _verdict(test: TargetTest) -> str:
     return "no"
 
 
+def _effect(test: PairTest | TargetTest) -> list[str]:
+    return [f"{test.a12:.3f}", _range(test.a12_low, test.a12_high), test.effect or "–"]
+
+
 def _range(low: float, high: float) -> str:
-    return f"{number(low)} to {number(high)}"
+    return "–" if math.isnan(low) else f"{_score(low)} to {_score(high)}"
+
+
+def _score(value: float) -> str:
+    """Return a score as text; 'failed' for that of a repeat in which every individual failed."""
+    return "failed" if math.isinf(value) else number(value)
 
 
 def _count(value: float) -> str:

@@ -3,10 +3,11 @@
 Among many noisy means, the cheapest one above a target is usually there by chance, and the true
 mean of its cell misses the target. The sweep therefore only proposes cells. Two sets of fresh
 repeats, with independent random numbers, decide: the first set chooses candidates in order of cost,
-and the second set tests them one by one. The second set has no part in the choice, so its mean is
-unbiased. The k-th test of an experiment has the error 0.05 / (2ᵏ E) in a study of E experiments.
-By Bonferroni's inequality, the probability of any error in a study is at most 0.05, for any number
-of tests.
+and the second set tests them one by one. The second set has no part in the choice. A cell is
+reported if its test succeeds, so the means of reported cells are slightly too high on average, but
+the error of each test is bounded. The k-th test of an experiment has the error 0.05 / (2ᵏ E) in a
+study of E experiments. By Bonferroni's inequality, the probability of any error in a study is at
+most 0.05, for any number of tests.
 """
 
 from collections.abc import Callable, Generator, Sequence

@@ -24,7 +24,7 @@ from gaitsim.study.confirmation import ReachedTarget
 from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study
 from gaitsim.study.running import CELLS, Best, recorded_generations
 from gaitsim.study.runtimes import target_text
-from gaitsim.study.statistics import CONFIDENCE
+from gaitsim.study.statistics import CONFIDENCE, LEAST
 
 TABLE, REPORT = "results.csv", "report.md"
 
@@ -77,7 +77,8 @@ def rule(study: Study) -> str:
         f"{study.fresh.repeats:,} fresh repeats. The {sweep} of the sweep can only propose cells, "
         "because the cheapest of many noisy means is usually there by chance. The first set "
         "chooses a cell, and the second set tests it. Mean and interval are those of the second "
-        "set, which has no part in the choice. The first test of an experiment has a level of "
+        "set, which has no part in the choice; as only cells that pass are reported, their means "
+        "are slightly too high on average. The first test of an experiment has a level of "
         f"{100 - error / 2:.4g} %, and each further test half the error of the previous one, so "
         f"all intervals hold together with {100 * CONFIDENCE:g} % confidence (Bonferroni). "
         "'never' means that no cell passes; the cell in brackets has the highest mean of the "
@@ -317,8 +318,8 @@ def _cells(path: Path, study: Study) -> Section:
     more = f"Only the first {MOST_ROWS:,} cells are shown. " if len(shown) > MOST_ROWS else ""
     about = (
         f"{more}Best scores after the last generation of each cell. ± is the 95 % confidence "
-        "interval (Student's t) of each single mean; the highest of many means is "
-        f"usually too high by chance. {TABLE} has every recorded generation."
+        f"interval (Student's t) of each single mean, from {LEAST} repeats on; the highest of many "
+        f"means is usually too high by chance. {TABLE} has every recorded generation."
     )
     return Section("Cells", columns, shown[:MOST_ROWS], (about,))
 
@@ -340,7 +341,7 @@ def _statistics(row: Sequence[str]) -> tuple[str, ...]:
     except ValueError:
         return (*row[:1], *row[2:3], "–", "–", "–", "–")
     half = math.nan
-    if repeats > 1:
+    if repeats >= LEAST:
         half = float(stdtrit(repeats - 1, 0.975)) * std / math.sqrt(repeats)
     return (
         str(generation),

@@ -1,13 +1,16 @@
 """Statistics over repeated runs of randomised algorithms.
 
 As recommended by Arcuri & Briand (2011, "A practical guide for using statistical tests to assess
-randomized algorithms in software engineering"): medians with confidence intervals, a rank
-test with correction for multiple comparisons, and an effect size that does not assume normality.
+randomized algorithms in software engineering"): medians with confidence intervals, rank tests
+with a correction for multiple comparisons, and an effect size that does not assume normality.
+
+`benchmarks/coverage.py` simulates how often each interval contains the true value. With few
+repeats, no method reaches the nominal level, so no interval is given below `LEAST` repeats.
 """
 
 import itertools
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,11 +18,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 CONFIDENCE = 0.95
-RESAMPLES = 9999
-MOST_RESAMPLED = 2**23  # values at a time, 64 MB
+LEAST = 6
+"""Least number of repeats for an interval. With five, even the widest interval of a median, from
+the lowest to the highest value, has a confidence of 94 %."""
 
-# Least distance from 1/2 for each name of an effect, from Vargha & Delaney (2000).
-_EFFECTS = ((0.21, "large"), (0.14, "medium"), (0.06, "small"))
+Interval = tuple[float, float]
+"""The ends of a 95 % confidence interval; NaN if there is none."""
+
+NO_INTERVAL: Interval = (math.nan, math.nan)
+
+# Least distance from 1/2 for each name of an effect, from Vargha & Delaney (2000, "A critique and
+# improvement of the CL common language effect size statistics of McGraw and Wong").
+_EFFECTS = ((0.21, "large"), (0.14, "at least medium"), (0.06, "at least small"))
 
 
 @dataclass(frozen=True)
@@ -28,11 +38,14 @@ class Description:
 
     Attributes:
         n: number of values.
-        mean, std, median, q25, q75, minimum, maximum: statistics of the values.
-        median_low, median_high: bootstrap confidence interval of the median.
+        failed: number of values of −inf, of repeats in which every individual failed.
+        mean, std: mean and standard deviation; −inf and NaN if a repeat failed.
+        median, q25, q75, minimum, maximum: statistics of the values; −inf is the lowest value.
+        median_low, median_high: confidence interval of the median.
     """
 
     n: int
+    failed: int
     mean: float
     std: float
     median: float
@@ -44,18 +57,15 @@ class Description:
     median_high: float
 
 
-def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
-    """Describe a sample, with a 95 % percentile bootstrap interval of its median.
-
-    Args:
-        values: values of the sample, (n,).
-        rng: random generator of the resamples.
-    """
+@np.errstate(invalid="ignore")  # −inf makes the standard deviation NaN
+def describe(values: ArrayLike) -> Description:
+    """Describe a sample of scores, (n,), some of which may be −inf."""
     sample = np.asarray(values, dtype=np.float64)
-    q25, median, q75 = np.quantile(sample, [0.25, 0.5, 0.75])
-    low, high = interval((sample,), np.median, rng)
+    q25, median, q75 = quantiles(sample, [0.25, 0.5, 0.75])
+    low, high = median_interval(sample)
     return Description(
         n=len(sample),
+        failed=int(np.isneginf(sample).sum()),
         mean=float(sample.mean()),
         std=float(sample.std(ddof=1)) if len(sample) > 1 else 0.0,
         median=float(median),
@@ -68,32 +78,56 @@ def describe(values: ArrayLike, rng: np.random.Generator) -> Description:
     )
 
 
-def interval(
-    sample: Sequence[NDArray[np.float64]], statistic: Callable[..., Any], rng: np.random.Generator
-) -> tuple[float, float]:
-    """Return the 95 % percentile bootstrap interval of a statistic.
+@np.errstate(invalid="ignore")
+def quantiles(values: ArrayLike, shares: ArrayLike) -> NDArray[np.float64]:
+    """Return quantiles over the first axis; linearly interpolated unless the lower value is −inf.
 
     Args:
-        sample: columns of the sample, (n,) each; rows are resampled.
-        statistic: function of the columns along an `axis`.
-        rng: random generator of the resamples.
+        values: values, (n, …), finite or −inf.
+        shares: shares of the values below the quantiles, (quantiles,).
     """
-    from scipy.stats import bootstrap
+    sample, parts = np.asarray(values, dtype=np.float64), np.asarray(shares, dtype=np.float64)
+    lower = np.quantile(sample, parts, axis=0, method="lower")
+    return np.where(np.isneginf(lower), lower, np.quantile(sample, parts, axis=0))
 
-    if all(np.ptp(column) == 0 for column in sample):  # nothing to resample
-        value = float(statistic(*sample))
-        return value, value
-    found = bootstrap(
-        sample,
-        statistic,
-        n_resamples=RESAMPLES,
-        batch=max(1, MOST_RESAMPLED // len(sample[0])),
-        vectorized=True,
-        paired=True,
-        confidence_level=CONFIDENCE,
-        method="percentile",
-        rng=rng,
-    ).confidence_interval
+
+def median_interval(values: ArrayLike) -> Interval:
+    """Return the confidence interval of a median, whose ends are values of the sample, (n,).
+
+    It contains the median of any distribution with at least 95 % probability (Conover 1999,
+    "Practical nonparametric statistics", section 3.2).
+    """
+    from scipy.stats import binom
+
+    ordered = np.sort(np.asarray(values, dtype=np.float64))
+    rank = int(binom.ppf((1 - CONFIDENCE) / 2, len(ordered), 0.5))
+    if rank < 1:  # fewer than `LEAST` values
+        return NO_INTERVAL
+    return float(ordered[rank - 1]), float(ordered[-rank])
+
+
+def mean_interval(values: ArrayLike) -> Interval:
+    """Return the confidence interval of a mean: see `Means.interval`.
+
+    There is none if all values, (n,), are equal: their spread is unknown rather than 0.
+    """
+    sample = np.asarray(values, dtype=np.float64)
+    if len(sample) < LEAST or np.ptp(sample) == 0:
+        return NO_INTERVAL
+    low, high = Means.of(sample[:, None]).interval(CONFIDENCE)
+    return float(low[0]), float(high[0])
+
+
+def rate_interval(successes: int, repeats: int) -> Interval:
+    """Return the confidence interval of a success rate.
+
+    It contains any rate with at least 95 % probability, for any number of repeats (Clopper &
+    Pearson 1934, "The use of confidence or fiducial limits illustrated in the case of the
+    binomial").
+    """
+    from scipy.stats import binomtest
+
+    found = binomtest(successes, repeats).proportion_ci(CONFIDENCE, method="exact")
     return float(found.low), float(found.high)
 
 
@@ -104,10 +138,10 @@ class PairTest:
     Attributes:
         first, second: names of the samples.
         p: two-sided p-value of the Mann–Whitney U test; see `rank_test`.
-        p_holm: p-value corrected for all comparisons (Holm 1979).
+        p_holm: p-value corrected for all tests of the report (Holm 1979).
         a12: effect size of Vargha and Delaney: the share of pairs in which the first sample's value
             exceeds the second's; ties count half. It is 1/2 if neither tends to be larger.
-        effect: 'negligible', 'small', 'medium' or 'large', according to `a12`.
+        a12_low, a12_high: confidence interval of the effect size; see `effect_interval`.
     """
 
     first: str
@@ -115,27 +149,129 @@ class PairTest:
     p: float
     p_holm: float
     a12: float
-    effect: str
+    a12_low: float
+    a12_high: float
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect size that the whole interval supports; see `effect_name`."""
+        return effect_name(self.a12_low, self.a12_high)
 
     @property
     def differs(self) -> bool:
         """Whether the difference is significant at 5 % after correction."""
         return self.p_holm < 1 - CONFIDENCE
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the test as values for JSON."""
+        return {**vars(self), "effect": self.effect or None, "differs": self.differs}
+
+
+@dataclass(frozen=True)
+class TargetTest:
+    """Two experiments compared at a target.
+
+    Attributes:
+        target: score to reach.
+        first, second: names of the experiments.
+        p_success: p-value of Fisher's exact test of the numbers of successes.
+        p_time: p-value of the rank test of the evaluations until the target is reached.
+        p_success_holm, p_time_holm: p-values corrected for all tests of the report (Holm 1979).
+        a12: effect size of Vargha and Delaney: the share of pairs in which the first experiment's
+            repeat reaches the target sooner than the second's; ties count half, and two repeats
+            that never reach it tie.
+        a12_low, a12_high: confidence interval of the effect size; see `effect_interval`.
+    """
+
+    target: float
+    first: str
+    second: str
+    p_success: float
+    p_success_holm: float
+    p_time: float
+    p_time_holm: float
+    a12: float
+    a12_low: float
+    a12_high: float
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect size that the whole interval supports; see `effect_name`."""
+        return effect_name(self.a12_low, self.a12_high)
+
+    @property
+    def success_differs(self) -> bool:
+        """Whether the difference of successes is significant at 5 % after correction."""
+        return self.p_success_holm < 1 - CONFIDENCE
+
+    @property
+    def time_differs(self) -> bool:
+        """Whether the difference of times is significant at 5 % after correction."""
+        return self.p_time_holm < 1 - CONFIDENCE
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the test as values for JSON."""
+        verdicts = {"success_differs": self.success_differs, "time_differs": self.time_differs}
+        return {**vars(self), "effect": self.effect or None, **verdicts}
+
+
+Samples = Mapping[str, NDArray[np.float64]]
+
+
+def compare(
+    scores: Samples, times: Mapping[float, Samples] | None = None
+) -> tuple[list[PairTest], list[TargetTest]]:
+    """Compare every pair of experiments, in their scores and at every target.
+
+    Holm's procedure corrects all p-values together: tests of scores, of successes and of times.
+
+    Args:
+        scores: score of each repeat, (repeats,), by the name of the experiment.
+        times: evaluations until each repeat reached a target, (repeats,), or ∞ if it did not; by
+            target, then by the name of the experiment.
+    """
+    every = [(target, of) for target, of in (times or {}).items()]
+    pairs = list(itertools.combinations(scores, 2))
+    aims = [(target, of, *pair) for target, of in every for pair in pairs]
+    by_score = [rank_test(scores[one], scores[other]) for one, other in pairs]
+    by_success = [_fisher(of[one], of[other]) for _, of, one, other in aims]
+    by_time = [rank_test(of[other], of[one]) for _, of, one, other in aims]
+    corrected = iter(holm([p for p, _ in by_score] + by_success + [p for p, _ in by_time]))
+    score_tests = [
+        PairTest(*pair, p, next(corrected), a12, *effect_interval(scores[pair[0]], scores[pair[1]]))
+        for pair, (p, a12) in zip(pairs, by_score, strict=True)
+    ]
+    success_corrected = [next(corrected) for _ in aims]
+    target_tests = [
+        TargetTest(
+            target,
+            one,
+            other,
+            p,
+            p_holm,
+            q,
+            next(corrected),
+            a12,
+            *effect_interval(of[other], of[one]),
+        )
+        for (target, of, one, other), p, p_holm, (q, a12) in zip(
+            aims, by_success, success_corrected, by_time, strict=True
+        )
+    ]
+    return score_tests, target_tests
+
+
+def _fisher(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
+    from scipy.stats import fisher_exact
+
+    counts = [(int(np.isfinite(one).sum()), len(one)) for one in (first, second)]
+    # Sorted, so that the order of the experiments does not change the last bit.
+    table = np.array([[reached, repeats - reached] for reached, repeats in sorted(counts)])
+    return float(fisher_exact(table).pvalue)
+
 
 EXACT = 60
 """Largest number of values in two samples together for an exact test."""
-
-
-def compare(samples: Mapping[str, ArrayLike]) -> list[PairTest]:
-    """Compare every pair of samples, (n,) each, by name."""
-    pairs = list(itertools.combinations(samples, 2))
-    tests = [rank_test(samples[one], samples[other]) for one, other in pairs]
-    corrected = holm([p for p, _ in tests])
-    return [
-        PairTest(one, other, p, p_holm, a12, effect_name(a12))
-        for (one, other), (p, a12), p_holm in zip(pairs, tests, corrected, strict=True)
-    ]
 
 
 def rank_test(first: ArrayLike, second: ArrayLike) -> tuple[float, float]:
@@ -210,11 +346,61 @@ def holm(p_values: Sequence[float]) -> list[float]:
     return corrected
 
 
-def effect_name(a12: float) -> str:
-    """Return the conventional name of an effect size A12."""
+def effect_interval(first: ArrayLike, second: ArrayLike) -> Interval:
+    """Return the confidence interval of A12 for two samples, (n,) and (m,).
+
+    The interval is symmetric on the logit scale, with the variance of DeLong, DeLong &
+    Clarke-Pearson (1988, "Comparing the areas under two or more correlated receiver operating
+    characteristic curves: a nonparametric approach"). If that variance is 0, such as for samples
+    that do not overlap, it is method 5 of Newcombe (2006, "Confidence intervals for an effect size
+    measure based on the Mann–Whitney statistic. Part 2"). There is none below `LEAST` values.
+    """
+    from scipy.special import expit, logit, ndtri
+
+    one, other = np.asarray(first, dtype=np.float64), np.asarray(second, dtype=np.float64)
+    n, m = len(one), len(other)
+    if min(n, m) < LEAST:
+        return NO_INTERVAL
+    wins = (one[:, None] > other) + 0.5 * (one[:, None] == other)
+    a12 = float(wins.mean())
+    variance = wins.mean(axis=1).var(ddof=1) / n + wins.mean(axis=0).var(ddof=1) / m
+    quantile = float(ndtri((1 + CONFIDENCE) / 2))
+    if variance == 0:
+        return _newcombe(a12, n, m, quantile)
+    reach = quantile * math.sqrt(variance) / (a12 * (1 - a12))
+    return float(expit(logit(a12) - reach)), float(expit(logit(a12) + reach))
+
+
+def _newcombe(a12: float, n: int, m: int, quantile: float) -> Interval:
+    """Return the values of A12 that differ from an estimate by `quantile` standard errors."""
+    from scipy.optimize import brentq
+
+    others = (n + m) / 2 - 1
+
+    def excess(value: float) -> float:
+        spread = 1 + others * ((1 - value) / (2 - value) + value / (1 + value))
+        variance = value * (1 - value) * spread / (n * m)
+        return abs(value - a12) - quantile * math.sqrt(variance)
+
+    tiny = 1e-9  # at 0 and 1, the standard error is 0
+    low = 0.0 if a12 < tiny else brentq(excess, 0, min(a12, 1 - tiny))
+    high = 1.0 if a12 > 1 - tiny else brentq(excess, max(a12, tiny), 1)
+    return float(low), float(high)
+
+
+def effect_name(low: float, high: float) -> str:
+    """Return the name of the effect sizes A12 from `low` to `high`, or '' if it is uncertain.
+
+    The name is conventional (Vargha & Delaney 2000) and holds for the whole interval: 'large',
+    'at least medium', 'at least small', or 'negligible'.
+    """
     # Rounded, because 0.5 + 0.06 − 0.5 is not 0.06 in floating point.
-    distance = round(abs(a12 - 0.5), 12)
-    return next((name for bound, name in _EFFECTS if distance >= bound), "negligible")
+    near, far = sorted(round(abs(end - 0.5), 12) for end in (low, high))
+    if far < _EFFECTS[-1][0]:
+        return "negligible"
+    if low <= 0.5 <= high:
+        return ""
+    return next((name for bound, name in _EFFECTS if near >= bound), "")
 
 
 Values = NDArray[np.float64]
@@ -283,76 +469,3 @@ def _untransformed(quantile: float, skew: Values) -> Values:
     gamma = np.where(unskewed, 1.0, skew)
     found = 3 / gamma * (np.cbrt(1 + gamma * (quantile - gamma / 6)) - 1)
     return np.where(unskewed, quantile, found)
-
-
-@dataclass(frozen=True)
-class TargetTest:
-    """Two experiments compared at a target.
-
-    Attributes:
-        target: score to reach.
-        first, second: names of the experiments.
-        p_success: p-value of Fisher's exact test of the numbers of successes.
-        p_time: p-value of the rank test of the evaluations until the target is reached.
-        p_success_holm, p_time_holm: p-values corrected for all pairs and targets (Holm 1979).
-        a12: effect size of Vargha and Delaney: the share of pairs in which the first experiment's
-            repeat reaches the target sooner than the second's; ties count half, and two repeats
-            that never reach it tie.
-        effect: 'negligible', 'small', 'medium' or 'large', according to `a12`.
-    """
-
-    target: float
-    first: str
-    second: str
-    p_success: float
-    p_success_holm: float
-    p_time: float
-    p_time_holm: float
-    a12: float
-    effect: str
-
-    @property
-    def success_differs(self) -> bool:
-        """Whether the difference of successes is significant at 5 % after correction."""
-        return self.p_success_holm < 1 - CONFIDENCE
-
-    @property
-    def time_differs(self) -> bool:
-        """Whether the difference of times is significant at 5 % after correction."""
-        return self.p_time_holm < 1 - CONFIDENCE
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the test as values for JSON."""
-        verdicts = {"success_differs": self.success_differs, "time_differs": self.time_differs}
-        return {**vars(self), **verdicts}
-
-
-def compare_times(times: Mapping[float, Mapping[str, NDArray[np.float64]]]) -> Sequence[TargetTest]:
-    """Compare every pair of experiments at every target.
-
-    Args:
-        times: evaluations until each repeat reached the target, (repeats,), or ∞ if it did not; by
-            target, then by the name of the experiment.
-    """
-    found = [
-        (target, one, other, _successes(of[one], of[other]), *rank_test(of[other], of[one]))
-        for target, of in times.items()
-        for one, other in itertools.combinations(of, 2)
-    ]
-    successes = holm([p_success for *_, p_success, _, _ in found])
-    times_corrected = holm([p_time for *_, p_time, _ in found])
-    return [
-        TargetTest(target, one, other, p, p_holm, q, q_holm, a12, effect_name(a12))
-        for (target, one, other, p, q, a12), p_holm, q_holm in zip(
-            found, successes, times_corrected, strict=True
-        )
-    ]
-
-
-def _successes(first: NDArray[np.float64], second: NDArray[np.float64]) -> float:
-    from scipy.stats import fisher_exact
-
-    counts = [(int(np.isfinite(one).sum()), len(one)) for one in (first, second)]
-    # Sorted, so that the order of the experiments does not change the last bit.
-    table = np.array([[reached, repeats - reached] for reached, repeats in sorted(counts)])
-    return float(fisher_exact(table).pvalue)

@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import numpy as np
@@ -5,6 +6,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.comparing import Comparison
+from gaitsim.console.printing import as_json
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Overrides, load_experiment, with_overrides
 from gaitsim.gait.unseen import Outcome, UnseenResults
@@ -76,10 +78,10 @@ def test_too_few_repeats_and_equal_scores_are_reported() -> None:
         "millipede-random", "millipede", "millipede-mutation", repeats=9
     ).samples
     few = {key: Sample(one.experiment, one.best[:2]) for key, one in samples.items()}
-    scores, targets = analyse(few, 108).notes
-    assert "2 repeats are too few" in scores
-    assert "smallest possible p after correction is 1." in scores
-    assert "targets" in targets
+    intervals, tests = analyse(few, 108).notes
+    assert "2 repeats are too few for confidence intervals" in intervals
+    assert "with 21 tests, the smallest possible p after correction is 1." in tests
+    assert " – " in report(analyse(few, 108), "x", [])
     equal = {key: Sample(one.experiment, np.full((9, 3), 4.0)) for key, one in samples.items()}
     found = analyse(equal, 108)
     assert all((pair.p, pair.a12, pair.differs) == (1, 0.5, False) for pair in found.pairs)
@@ -169,12 +171,23 @@ def test_python_and_the_command_give_the_same_comparison() -> None:
         found.plot("surface")
 
 
-def test_a_repeat_without_a_score_is_reported() -> None:
+def test_repeats_without_a_score_rank_last() -> None:
     loaded = load_experiments(["millipede", "millipede-random"], SHORT)
-    samples = {k: Sample(e, repeat_experiment(e, 3)) for k, e in loaded.items()}
-    samples["millipede"].best[:] = -np.inf
-    with pytest.raises(GaitsimError, match="every individual failed in 3 of 3 repeats"):
-        analyse(samples, 100)
+    samples = {k: Sample(e, repeat_experiment(e, 8)) for k, e in loaded.items()}
+    samples["millipede"].best[:5] = -np.inf
+    found = analyse(samples, 108)
+    text = report(found, "x", [])
+    assert "Every individual failed in 5 of 8 repeats of millipede;" in text
+    assert "| millipede | failed | failed to " in text
+    assert np.isfinite([*found.ert_targets, *found.targets]).all()
+    (pair,) = found.pairs
+    assert pair.a12 < 0.4
+    values = json.loads(as_json(to_dict(found)))["experiments"]["millipede"]
+    assert (values["median"], values["failed"]) == (None, 5)
+    assert Comparison.of(found).plot("convergence").axes[0].lines
+    samples["millipede"].best[:] = samples["millipede-random"].best[:] = -np.inf
+    with pytest.raises(GaitsimError, match="every individual failed in all repeats"):
+        analyse(samples, 108)
 
 
 RANGES = {"friction": (0.3, 1.2)}
@@ -202,6 +215,9 @@ def test_runs_are_ranked_by_the_worst_tenth_in_paired_worlds():
     assert pair.differs
     high = found.runs[0]
     assert high.low < high.unseen.worst_tenth < high.high < np.median(results)
+    few = ranking({"one": unseen(results[:99]), "other": unseen(results[1:])}, RANGES)
+    assert np.isnan([few.pairs[0].low, few.pairs[0].high]).all()
+    assert few.pairs[0].differs is None
 
 
 def test_the_widest_ranges_are_used_and_named():

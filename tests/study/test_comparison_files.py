@@ -8,6 +8,7 @@ from collections import Counter
 import numpy as np
 import pytest
 from scipy import stats
+from scipy.optimize import brentq
 
 from gaitsim.study.comparison import Sample, analyse, load_experiments
 from gaitsim.study.comparison_report import curves, report, results
@@ -23,7 +24,7 @@ def found():
     for label, experiment in load_experiments([*GENERATIONS], {}).items():
         shape = (REPEATS, GENERATIONS[label])
         rises = rng.exponential(1 + rng.random((REPEATS, 1)), shape) * (rng.random(shape) < 0.05)
-        best = np.round(np.cumsum(rises, axis=1), 3)
+        best = np.round(np.cumsum(rises, axis=1) * (600 / GENERATIONS[label]), 3)
         best[3, :2] = -np.inf  # all individuals failed
         samples[label] = Sample(experiment, best)
     return analyse(samples, 7 + max(int(one.evaluations[-1]) for one in samples.values()))
@@ -55,24 +56,47 @@ def cell(values, form: str) -> list[str]:
     return form.format(*values).split(" | ")
 
 
-def bounds(values) -> list[float]:
-    return np.percentile(values, [2.5, 97.5]).tolist()
+def hall(values) -> list[float]:
+    """Return the ends of Student's t interval after Hall's transformation, solved numerically."""
+    n, mean, error = len(values), np.mean(values), stats.sem(values)
+    g = np.mean(((values - mean) / np.std(values, ddof=1)) ** 3) / math.sqrt(n)
+    t = stats.t.ppf(0.975, n - 1)
+    return [
+        mean
+        - error * brentq(lambda x, q=q: x + g * x**2 / 3 + g**2 * x**3 / 27 + g / 6 - q, -1e3, 1e3)
+        for q in (t, -t)
+    ]
 
 
-def resamples(tables, label) -> np.ndarray:
-    (seed,) = (int(row[2]) for row in tables[-1] if row[1] == label)
-    return np.random.default_rng([seed, REPEATS]).integers(0, REPEATS, (9999, REPEATS))
+def rate(successes) -> list[float]:
+    """Return the ends of the interval of Clopper and Pearson, from their definition."""
+    below = stats.beta(successes, REPEATS - successes + 1).ppf(0.025) if successes else 0
+    above = stats.beta(successes + 1, REPEATS - successes).ppf(0.975) if successes < REPEATS else 1
+    return [below, above]
+
+
+def a12(one, other) -> list[float]:
+    """Return A12 and its interval on the logit scale, with the variance of DeLong et al."""
+    wins = np.greater.outer(one, other) + np.equal.outer(one, other) / 2
+    variance = sum(np.var(wins.mean(axis), ddof=1) / wins.shape[1 - axis] for axis in (0, 1))
+    share = wins.mean()
+    reach = stats.norm.ppf(0.975) * math.sqrt(variance) / share / (1 - share)
+    middle = math.log(share / (1 - share))
+    return [share, *(1 / (1 + math.exp(-middle - part)) for part in (-reach, reach))]
 
 
 def test_the_scores_follow_from_the_files(found, tables, runs) -> None:
     finals = {label: np.array([run[-1][1] for run in each]) for label, each in runs.items()}
     for row, (label, final) in zip(tables[0], finals.items(), strict=True):
-        medians = np.median(final[resamples(tables, label)], axis=1)
-        values = [np.median(final), *bounds(medians), *np.quantile(final, [0.25, 0.75])]
+        low, high = np.sort(final)[[2, -3]]  # of 12; the ranks of tables, 3 and 10
+        values = [np.median(final), low, high, *np.quantile(final, [0.25, 0.75])]
         form = "{:.3f} | {:.3f} to {:.3f} | {:.3f} to {:.3f} | {:.3f} to {:.3f}"
         assert row == [label, *cell([*values, final.min(), final.max()], form)]
     p = stats.mannwhitneyu(*finals.values(), method="exact").pvalue
-    assert tables[1][0][1:3] == [f"{p:.2g}", f"{p:.2g}"]
+    pairs = [p, *(float(text.split()[0]) for row in tables[4] for text in row[2:4])]
+    assert tables[1][0][1] == f"{p:.2g}"
+    assert float(tables[1][0][2]) == pytest.approx(holm(pairs)[0], rel=0.1)
+    assert tables[1][0][3:5] == cell(a12(*finals.values()), "{:.3f} | {:.3f} to {:.3f}")
     targets = [float(text) for text in dict.fromkeys(row[0] for row in tables[3])]
     pooled = np.sort(np.concatenate(list(finals.values())))
     step = 10 ** (math.floor(math.log10(np.ptp(pooled))) - 3)
@@ -88,8 +112,7 @@ def test_the_areas_follow_from_the_files(found, tables, runs) -> None:
     for row, (label, each) in zip(tables[2], runs.items(), strict=True):
         times = np.array([runtimes(each, target) for target in found.targets])
         area = np.maximum(0, 1 - times / found.evaluations).mean(axis=0)
-        resampled = bounds(area[resamples(tables, label)].mean(axis=1))
-        values = [area.mean(), *resampled, 100 * np.isfinite(times).mean()]
+        values = [area.mean(), *np.clip(hall(area), 0, 1), 100 * np.isfinite(times).mean()]
         assert row == [label, *cell(values, "{:.3f} | {:.3f} to {:.3f} | {:.0f} %")]
         for one in csv.DictReader(io.StringIO(curves(found))):
             if one["experiment"] == label:
@@ -100,13 +123,17 @@ def test_the_areas_follow_from_the_files(found, tables, runs) -> None:
 def test_the_running_times_follow_from_the_files(tables, runs) -> None:
     for target, label, *row in tables[3]:
         times = runtimes(runs[label], float(target))
-        won = np.isfinite(times)
-        spent = np.where(won, times, runs[label][0][-1][0])
-        drawn = resamples(tables, label)
-        low, high = bounds(won[drawn].sum(axis=1) / spent[drawn].sum(axis=1))
-        ert, *ends = (1 / one if one else math.inf for one in (won.sum() / spent.sum(), high, low))
-        text = "{} of {} | {:,.0f} | {:,.0f} to {:,.0f}".format(won.sum(), REPEATS, ert, *ends)
-        assert row == text.replace("inf to inf", "–").replace("inf", "∞").split(" | ")
+        won, budget = np.isfinite(times), runs[label][0][-1][0]
+        spent = np.where(won, times, budget).sum()
+        ends = rate(won.sum())
+        text = f"{won.sum()} of {REPEATS} | {100 * ends[0]:.0f} to {100 * ends[1]:.0f} %"
+        mean, (low, high) = times[won].mean(), hall(times[won])
+        lost, most, least = (budget * (1 / one - 1) for one in (won.mean(), *ends))
+        low, high = max(low, runs[label][0][0][0]), min(high, budget)
+        below = mean + lost - math.hypot(mean - low, lost - least)
+        above = mean + lost + math.hypot(high - mean, most - lost)
+        text += f" | {spent / won.sum():,.0f} | {below:,.0f} to {above:,.0f}"
+        assert row == text.split(" | ")
 
 
 def rank_test(one, other) -> float:
@@ -134,8 +161,10 @@ def test_the_tests_at_the_targets_follow_from_the_files(tables, runs) -> None:
     won = [[int(np.isfinite(one).sum()) for one in pair] for pair in times]
     fisher = [stats.fisher_exact([pair, [REPEATS - k for k in pair]]).pvalue for pair in won]
     ranks = [rank_test(*pair) for pair in times]
-    for column, values in ((2, fisher), (3, ranks)):
-        said = [f"{p:.2g} ({q:.2g})" for p, q in zip(values, holm(values), strict=True)]
+    finals = [[run[-1][1] for run in each] for each in runs.values()]
+    corrected = holm([rank_test(*finals), *fisher, *ranks])[1:]
+    for column, values, after in ((2, fisher, corrected[:3]), (3, ranks, corrected[3:])):
+        said = [f"{p:.2g} ({q:.2g})" for p, q in zip(values, after, strict=True)]
         assert [row[column] for row in tables[4]] == said
-    sooner = [np.mean([(a < b) + (a == b) / 2 for a in one for b in other]) for one, other in times]
-    assert [row[4] for row in tables[4]] == [f"{one:.3f}" for one in sooner]
+    for row, (one, other) in zip(tables[4], times, strict=True):
+        assert row[4:6] == cell(a12(other, one), "{:.3f} | {:.3f} to {:.3f}")

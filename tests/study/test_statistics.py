@@ -5,48 +5,126 @@ import pytest
 from hypothesis import given, settings, strategies as st
 from scipy import stats
 
-from gaitsim.study.statistics import compare, describe, effect_name, holm, least_p, rank_test
+from gaitsim.study.statistics import (
+    LEAST,
+    compare,
+    describe,
+    effect_interval,
+    effect_name,
+    holm,
+    least_p,
+    mean_interval,
+    median_interval,
+    quantiles,
+    rank_test,
+    rate_interval,
+)
 
 SAMPLES = st.lists(st.integers(0, 9), min_size=2, max_size=20)
 
 
 def test_description_of_a_known_sample() -> None:
-    found = describe([1, 2, 3, 4, 100], np.random.default_rng(0))
-    assert (found.n, found.median, found.q25, found.q75) == (5, 3, 2, 4)
-    assert (found.minimum, found.maximum, found.mean) == (1, 100, 22)
-    assert found.std == pytest.approx(np.std([1, 2, 3, 4, 100], ddof=1))
-    assert found.median_low <= found.median <= found.median_high
+    found = describe([1, 2, 3, 4, 5, 100])
+    assert (found.n, found.median, found.q25, found.q75) == (6, 3.5, 2.25, 4.75)
+    assert (found.minimum, found.maximum, found.mean) == (1, 100, pytest.approx(115 / 6))
+    assert found.std == pytest.approx(np.std([1, 2, 3, 4, 5, 100], ddof=1))
+    assert (found.median_low, found.median_high) == (1, 100)
+    assert describe([2.0] * 7).median_low == describe([2.0] * 7).median_high == 2
+
+
+def test_a_repeat_without_a_score_ranks_last() -> None:
+    found = describe([-np.inf, 3, -np.inf, -np.inf, 1, 2, 5, 4])
+    assert (found.failed, found.minimum, found.q25, found.median) == (3, -np.inf, -np.inf, 1.5)
+    assert (found.median_low, found.median_high) == (-np.inf, 5)
+    assert quantiles([[-np.inf, 1], [-np.inf, 2]], [0.5]).tolist() == [[-np.inf, 1.5]]
+    failed, lowest = np.array([-np.inf, 2.0, 3.0]), np.array([-9.0, 2.0, 3.0])
+    assert rank_test(failed, [1.0, 4.0]) == rank_test(lowest, [1.0, 4.0])
+
+
+@pytest.mark.parametrize("n", [LEAST - 1, LEAST, 7, 10, 30, 101])
+def test_the_interval_of_a_median_agrees_with_scipy(n: int) -> None:
+    values = np.random.default_rng(n).exponential(1.0, n)
+    found = median_interval(values)
+    expected = stats.quantile_test(values, q=0, p=0.5).confidence_interval(0.95)
+    assert found == pytest.approx(tuple(expected), nan_ok=True)
+    assert np.isnan(found[0]) == (n < LEAST)
+
+
+def test_the_interval_of_a_success_rate_agrees_with_published_numbers() -> None:
+    """Newcombe (1998, "Two-sided confidence intervals for the single proportion"), table I."""
+    assert rate_interval(81, 263) == pytest.approx((0.2527, 0.3676), abs=5e-5)
+    assert rate_interval(15, 148) == pytest.approx((0.0578, 0.1617), abs=5e-5)
+    assert rate_interval(0, 20) == pytest.approx((0, 0.1684), abs=5e-5)
+    assert rate_interval(1, 29) == pytest.approx((0.0009, 0.1776), abs=5e-5)
+
+
+def test_the_interval_of_a_mean_without_skewness_is_that_of_student() -> None:
+    values = np.array([1.0, 2, 4, 6, 7, 4])
+    expected = stats.ttest_1samp(values, 0).confidence_interval(0.95)
+    assert mean_interval(values) == pytest.approx(tuple(expected))
+    assert np.isnan(mean_interval(values[:5])).all()
+    assert np.isnan(mean_interval([3.0] * 9)).all()
+
+
+def test_the_interval_of_an_effect() -> None:
+    """Without ties, the variance is that of Brunner and Munzel's statistic."""
+    rng = np.random.default_rng(5)
+    one, other = rng.normal(0.5, 1, 12), rng.normal(0, 2, 15)
+    low, high = effect_interval(one, other)
+    a12 = rank_test(one, other)[1]
+    statistic = stats.brunnermunzel(other, one).statistic
+    reach = stats.norm.ppf(0.975) * (a12 - 0.5) / statistic / (a12 * (1 - a12))
+    ends = 1 / (1 + np.exp(-np.log(a12 / (1 - a12)) - np.array([-reach, reach])))
+    assert (low, high) == pytest.approx(tuple(ends))
+    assert effect_interval(other, one) == pytest.approx((1 - high, 1 - low))
+    assert np.isnan(effect_interval(one[:5], other)).all()
+
+
+def test_the_interval_of_the_effect_of_disjoint_samples() -> None:
+    """Its end differs from 1 by 1.96 standard errors of Newcombe's equation at this end."""
+    for n, m in ((6, 6), (30, 20)):
+        low, high = effect_interval(np.arange(n) + 100, np.arange(m))
+        assert high == 1
+        spread = 1 + ((n + m) / 2 - 1) * ((1 - low) / (2 - low) + low / (1 + low))
+        error = np.sqrt(low * (1 - low) * spread / (n * m))
+        assert 1 - low == pytest.approx(stats.norm.ppf(0.975) * error)
+        assert effect_interval(np.arange(m), np.arange(n) + 100) == pytest.approx((0, 1 - low))
 
 
 @pytest.mark.slow
-def test_the_interval_of_the_median_has_its_confidence_level() -> None:
-    rng = np.random.default_rng(1)
-    covered = 0
-    for _ in range(200):
-        found = describe(rng.exponential(1.0, 40), rng)
-        covered += found.median_low <= np.log(2) <= found.median_high
-    # 95 % of 200, within three standard deviations of a binomial count and the
-    # percentile method's known small error
-    assert 178 <= covered <= 199
-
-
-def test_the_interval_of_a_constant_sample_has_zero_width() -> None:
-    found = describe([2.0] * 7, np.random.default_rng(0))
-    assert (found.median_low, found.median_high, found.std) == (2, 2, 0)
+@pytest.mark.parametrize("n", [6, 10, 30])
+def test_intervals_have_their_confidence_level(n: int) -> None:
+    """Scores with two modes, and a second sample between them."""
+    rng, sets = np.random.default_rng(1), 400
+    covered = np.zeros(3)
+    for _ in range(sets):
+        low = rng.random(n) < 0.4
+        scores = np.where(low, rng.normal(2.2, 0.05, n), rng.normal(2.6, 0.03, n))
+        ends = np.array(
+            [
+                median_interval(scores),
+                mean_interval(scores),
+                effect_interval(scores, rng.normal(2.4, 0.01, n)),
+            ]
+        )
+        # The median leaves 1/6 of the upper mode below it.
+        truth = 2.6 + 0.03 * stats.norm.ppf(1 / 6), 0.4 * 2.2 + 0.6 * 2.6, 0.6
+        covered += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
+    assert (covered >= 0.92 * sets).all()
 
 
 @given(SAMPLES, SAMPLES)
 def test_a12_is_the_share_of_pairs_won(first: list[int], second: list[int]) -> None:
     a, b = np.array(first)[:, None], np.array(second)[None, :]
     expected = ((a > b) + 0.5 * (a == b)).mean()
-    (found,) = compare({"a": first, "b": second})
+    (found,), _ = compare({"a": np.array(first), "b": np.array(second)})
     assert found.a12 == pytest.approx(expected)
 
 
 def test_the_rank_test_agrees_with_scipy() -> None:
     rng = np.random.default_rng(2)
     first, second = rng.normal(0, 1, 40), rng.normal(1, 1, 35)
-    (found,) = compare({"a": first, "b": second})
+    (found,), _ = compare({"a": first, "b": second})
     assert found.p == stats.mannwhitneyu(first, second).pvalue
     assert found.p_holm == found.p
     assert found.differs
@@ -77,8 +155,8 @@ def test_the_smallest_p_belongs_to_disjoint_samples() -> None:
 
 
 def test_equal_constants_do_not_differ() -> None:
-    (found,) = compare({"a": [1.0, 1.0], "b": [1.0, 1.0, 1.0]})
-    assert (found.p, found.a12, found.effect, found.differs) == (1, 0.5, "negligible", False)
+    (found,), _ = compare({"a": np.ones(6), "b": np.ones(7)})
+    assert (found.p, found.a12, found.effect, found.differs) == (1, 0.5, "", False)
 
 
 def test_holm_on_a_published_example() -> None:
@@ -89,16 +167,20 @@ def test_holm_on_a_published_example() -> None:
 
 
 @pytest.mark.parametrize(
-    ("a12", "name"),
+    ("low", "high", "name"),
     [
-        (0.5, "negligible"),
-        (0.55, "negligible"),
-        (0.56, "small"),
-        (0.44, "small"),
-        (0.64, "medium"),
-        (0.71, "large"),
-        (0.0, "large"),
+        (0.45, 0.55, "negligible"),
+        (0.51, 0.55, "negligible"),
+        (0.44, 0.56, ""),
+        (0.51, 0.9, ""),
+        (0.4, 1.0, ""),
+        (0.56, 0.6, "at least small"),
+        (0.1, 0.44, "at least small"),
+        (0.64, 1.0, "at least medium"),
+        (0.71, 1.0, "large"),
+        (0.0, 0.29, "large"),
+        (np.nan, np.nan, ""),
     ],
 )
-def test_effects_have_their_conventional_names(a12: float, name: str) -> None:
-    assert effect_name(a12) == name
+def test_an_effect_is_named_if_its_whole_interval_agrees(low, high, name) -> None:
+    assert effect_name(low, high) == name

@@ -13,6 +13,7 @@ from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.study.comparison import Findings
 from gaitsim.study.comparison_report import target_words
+from gaitsim.study.statistics import quantiles
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -26,7 +27,7 @@ def convergence_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
 
     def draw(axes: "Axes", label: str, index: int) -> None:
         sample, style = findings.samples[label], theme.line(index)
-        low, middle, high = np.quantile(finite_or_nan(sample.best), [0.25, 0.5, 0.75], axis=0)
+        low, middle, high = finite_or_nan(quantiles(sample.best, [0.25, 0.5, 0.75]))
         at = np.append(sample.evaluations, findings.evaluations)
         axes.fill_between(
             at,
