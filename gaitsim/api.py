@@ -73,6 +73,7 @@ def evolve(
     seed: int | None = None,
     set: Mapping[str, Any] | None = None,
     objectives: Mapping[str, str] | Sequence[str] | None = None,
+    constraints: Mapping[str, float] | None = None,
     start: ArrayLike | Individual | str | None = None,
     workers: int | None = None,
     dask: str | None = None,
@@ -103,6 +104,10 @@ def evolve(
         objectives: 'max' or 'min' for each of two or more objectives, to find trade-offs with
             NSGA-II: terms, measures or 'score' by name, or a sequence for objectives that the body
             returns without names. The search's `members` are the trade-offs.
+        constraints: largest value of each constrained term or measure, by name. A body that is a
+            function returns them in a dict, besides its 'score'. Individuals that exceed a value
+            fail, so the champion is the best feasible individual; CMA-ES approaches it through
+            penalties. The option `constraints.at_least` holds smallest values.
         start: genome around which the search begins, (genes,), several of them, (starts, genes),
             or an individual, such as the champion of a run or of another search; or the name of a
             start point of the body, 'body' for all of them, or 'random'. None uses the
@@ -126,6 +131,7 @@ def evolve(
             "evolution.generations": generations,
             "evolution.population": population,
             "seed": seed,
+            "constraints.at_most": constraints,
             **objective_options(objectives),
             **start_options(start),
         },
@@ -192,10 +198,14 @@ class RunningSearch(Progress, Iterator[Generation]):
 
     def __next__(self) -> Generation:
         generation = next(self._generations)
-        if generation.number == 1 and not np.isfinite(generation.scores).any():
+        failed = not np.isfinite(generation.scores).any()
+        # With constraints, a search often begins without a feasible individual.
+        if generation.number == 1 and failed and not self.experiment.constraints.names:
             reason = generation.evaluation.reasons.get(0, "its score is not finite")
             warn(f"all {len(generation.scores):,} individuals failed (individual 0: {reason})")
         self._add(generation)
+        if generation.stop and self.experiment.constraints.names and self.champion is None:
+            warn("no individual satisfied all constraints: see search.last.evaluation.reasons")
         return generation
 
     @property

@@ -15,7 +15,7 @@ from gaitsim.contracts import Genomes, GenomeSpace, State
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluating import as_genomes
-from gaitsim.evaluation.scoring import evaluate_motion
+from gaitsim.evaluation.scoring import constrain, evaluate_motion
 from gaitsim.evaluation.values import values_to_read
 from gaitsim.evolution.loop import Generation, finish_generation, next_genomes
 from gaitsim.evolution.searching import members
@@ -111,6 +111,8 @@ class Optimiser(Progress):
         seed: seed of all random numbers.
         objectives: 'max' or 'min' for each objective, to find trade-offs with NSGA-II; see
             `gaitsim.evolve`.
+        constraints: largest value of each constrained value that `tell` receives besides 'score',
+            by name.
         start: genome around which the search begins, (genes,), several of them, (starts, genes),
             or an individual; None for a random start.
         set: options by key, such as `{"search.restarts": "stop"}`.
@@ -128,6 +130,7 @@ class Optimiser(Progress):
         generations: int | None = None,
         seed: int | None = None,
         objectives: Mapping[str, str] | Sequence[str] | None = None,
+        constraints: Mapping[str, float] | None = None,
         start: ArrayLike | Individual | None = None,
         set: Mapping[str, Any] | None = None,
     ) -> None:
@@ -135,6 +138,7 @@ class Optimiser(Progress):
             "evolution.generations": MOST_GENERATIONS if generations is None else generations,
             "evolution.population": population,
             "seed": seed,
+            "constraints.at_most": constraints,
             **objective_options(objectives),
             **start_options(start),
         }
@@ -180,7 +184,7 @@ class Optimiser(Progress):
         motion = motion_of(entry, _checked(scores, len(genomes)), len(genomes))
         evaluation = evaluate_motion(experiment, motion, len(genomes))
         read = values_to_read(experiment, motion, evaluation.scores, evaluation.terms)
-        evaluation = replace(evaluation, values=read)
+        evaluation = constrain(experiment, replace(evaluation, values=read))
         self._add(
             finish_generation(
                 experiment, self._space, self.last, state, genomes, evaluation, _fail, seconds

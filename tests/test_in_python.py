@@ -548,7 +548,7 @@ def test_a_search_starts_from_genomes_and_individuals(tmp_path: Path) -> None:
 def test_a_search_starts_from_a_start_point_of_the_body() -> None:
     spider = gs.load_experiment("spider")
     names = [*spider.starts()]
-    search = gs.evolve("spider", start=names[0], population=8, generations=1)
+    search = gs.evolve("spider-genetic", start=names[0], population=8, generations=1)
     assert search.experiment.search.start == names[0]
     assert np.array_equal(next(search).genomes[0], spider.starts()[names[0]])
     with pytest.raises(gs.GaitsimError, match="no start point 'gallop'"):

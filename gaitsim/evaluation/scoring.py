@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Motion
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.values import values_to_read
 from gaitsim.evaluation.worlds import World, draw_worlds, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
+from gaitsim.registry.entry_points import SCORE
 
 Scores = NDArray[np.float64]
 LARGEST_SCORE = 1e100
@@ -46,15 +48,44 @@ Evaluate = Callable[[Genomes, int], Evaluation]
 def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> Evaluation:
     """Move and score genomes, (population, genes), in the worlds of the experiment.
 
+    An individual that violates a constraint fails.
+
     Args:
         experiment: experiment with the body, the fitness and the worlds.
         genomes: genomes, which are not changed.
         generation: number of the generation, counted from 1, in whose worlds they move.
     """
-    if experiment.worlds.number:
-        worlds = draw_worlds(experiment, generation)
-        each = [evaluate(in_world(experiment, world), genomes) for world in worlds]
-        return combine_worlds(experiment, worlds, each)
+    if not experiment.worlds.number:
+        return constrain(experiment, _evaluate(experiment, genomes))
+    worlds = draw_worlds(experiment, generation)
+    each = [_evaluate(in_world(experiment, world), genomes) for world in worlds]
+    return constrain(experiment, combine_worlds(experiment, worlds, each))
+
+
+def constrain(experiment: Experiment, evaluation: Evaluation) -> Evaluation:
+    """Return an evaluation in which individuals fail that violate a constraint."""
+    constraints = experiment.constraints
+    if not constraints.names:
+        return evaluation
+    summed = experiment.entries["fitness"].name == SCORE and "score" not in evaluation.terms
+    for name in constraints.names if summed else ():
+        if name in evaluation.terms:
+            raise GaitsimError(
+                f"the constrained value {name!r} is added to the score",
+                where=str(experiment.entries["organism"]),
+                allowed=f"a dict with the value 'score', besides {name!r}",
+            )
+    violations = constraints.violations(evaluation.values)
+    scores, reasons = evaluation.scores.copy(), dict(evaluation.reasons)
+    for index, number in np.argwhere(~(violations <= 0)).tolist():
+        value = float(evaluation.values[constraints.names[number]][index])
+        reasons.setdefault(index, constraints.reason(number, value))
+        scores[index] = -np.inf
+    return replace(evaluation, scores=scores, reasons=dict(sorted(reasons.items())))
+
+
+def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
+    """Move and score genomes in one world, without constraints."""
     # The body gets a copy, so that it cannot change the genomes of the search or the checkpoint.
     # The copy is writable, because Numba would recompile for read-only arrays.
     passed, body = genomes.copy(), experiment.entries["organism"]

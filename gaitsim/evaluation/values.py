@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Measure, Motion
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
+from gaitsim.experiment import CONSTRAINTS, FEATURES, TRANSFERABILITY, Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 from gaitsim.registry.python_plugins import OBJECTIVE
 
@@ -26,6 +26,7 @@ def values_to_read(
     """
     with plugin_errors(experiment.entries["search"], "naming the values it reads"):
         names = [name for name in experiment.search.reads() if name != TRANSFERABILITY]
+    bounded = experiment.constraints.names
     if not names and f"{OBJECTIVE} 1" in terms:
         search = experiment.entries["search"].name
         raise GaitsimError(
@@ -34,13 +35,15 @@ def values_to_read(
             allowed="one score for each individual; or a dict of terms, whose sum is the score",
             remedy="pass objectives=('max', 'min') to find trade-offs with NSGA-II",
         )
-    if not names and experiment.reality is None:
+    if not (names or bounded) and experiment.reality is None:
         return {}
     body = experiment.entries["organism"]
     with plugin_errors(body, "measuring a population"):
         measures = experiment.organism.measures(motion)
     readers = dict.fromkeys(_features(experiment, measures), TRANSFERABILITY)
-    readers |= dict.fromkeys(names, "search")
+    readers |= dict.fromkeys(bounded, CONSTRAINTS) | dict.fromkeys(names, "search")
+    if bounded:
+        readers["score"] = CONSTRAINTS  # without failures by constraints
     found = {"score": scores, **terms, **{f"{TERM}{name}": term for name, term in terms.items()}}
     if unknown := [name for name in readers if name not in found and name not in measures]:
         units = dict.fromkeys(["score", *terms], experiment.fitness.unit)

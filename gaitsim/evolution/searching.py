@@ -2,16 +2,24 @@
 
 import numpy as np
 
-from gaitsim.contracts import Genomes, GenomeSpace, Members, Results, State
+from gaitsim.contracts import Genomes, GenomeSpace, Members, Results, Search, State
 from gaitsim.contracts.search import NO_STARTS
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evaluation.streams import Purpose
+from gaitsim.evolution.constraints import ConstrainedSearch
 from gaitsim.evolution.context import check_state, context, start_points
-from gaitsim.evolution.transferability import search_of
+from gaitsim.evolution.transferability import TransferabilitySearch
 from gaitsim.experiment import Experiment
 from gaitsim.registry import contract_error, plugin_errors
+
+
+def search_of(experiment: Experiment) -> Search | TransferabilitySearch | ConstrainedSearch:
+    """Return the search, with tests in reality or with constraints if the experiment has them."""
+    if experiment.constraints.names:
+        return ConstrainedSearch(experiment)
+    return experiment.search if experiment.reality is None else TransferabilitySearch(experiment)
 
 
 def initial_state(

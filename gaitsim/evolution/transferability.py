@@ -20,7 +20,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, Search, State
+from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, State
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.worlds import in_reality
 from gaitsim.evolution.context import CheckedContext, check_state
@@ -270,11 +270,6 @@ class TransferabilitySearch:
         return genomes
 
 
-def search_of(experiment: Experiment) -> Search | TransferabilitySearch:
-    """Return the search of an experiment, with tests in reality if the experiment has them."""
-    return experiment.search if experiment.reality is None else TransferabilitySearch(experiment)
-
-
 def _split(state: State) -> tuple[RealityTests, State]:
     """Return the tests and the state of the inner search."""
     tests = RealityTests.of(state)
@@ -320,10 +315,7 @@ def with_kept_values(
         genomes: genomes that the search keeps now, (kept, genes).
     """
     names, values = _columns(pool.values)
-    rows = np.ascontiguousarray(np.concatenate([pool.genomes, genomes]))
-    keys = rows.view(np.dtype((np.void, rows.strides[0]))).reshape(-1)
-    _, first, same = np.unique(keys, return_index=True, return_inverse=True)
-    at = first[same[len(pool.genomes) :]]
+    at = rows_of(genomes, pool.genomes)
     scores, found = pool.scores[at], values[at]
     kept = Results(genomes, scores, dict(zip(names, found.T, strict=True)))
     return replace(tests, kept_scores=scores, kept_values=found), kept
@@ -338,6 +330,14 @@ def pool_results(tests: RealityTests, before: Genomes, results: Results) -> Resu
         np.concatenate([tests.kept_scores, results.scores]),
         dict(zip(names, np.concatenate([kept, values]).T, strict=True)),
     )
+
+
+def rows_of(genomes: Genomes, pool: Genomes) -> NDArray[np.intp]:
+    """Return the index of the first equal genome in a pool, (pool, genes), for each genome."""
+    rows = np.ascontiguousarray(np.concatenate([pool, genomes]))
+    keys = rows.view(np.dtype((np.void, rows.strides[0]))).reshape(-1)
+    _, first, same = np.unique(keys, return_index=True, return_inverse=True)
+    return np.asarray(first[same[len(pool) :]])
 
 
 def run_reality_test(

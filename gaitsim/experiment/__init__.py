@@ -8,6 +8,7 @@ from gaitsim.experiment.loading import (
     with_overrides,
 )
 from gaitsim.experiment.model import (
+    CONSTRAINTS,
     FEATURES,
     NO_REALITY,
     OWN_WORLD,
@@ -25,6 +26,7 @@ from gaitsim.experiment.outline import ExperimentOutline, read_outline
 from gaitsim.experiment.overrides import Overrides, Typed, parse_assignments
 
 __all__ = [
+    "CONSTRAINTS",
     "FEATURES",
     "NO_REALITY",
     "OWN_WORLD",

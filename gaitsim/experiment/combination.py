@@ -17,9 +17,11 @@ from gaitsim.contracts import (
 from gaitsim.contracts.search import BODY_STARTS, RANDOM_START
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.experiment.model import (
+    CONSTRAINTS,
     NO_REALITY,
     TRANSFERABILITY,
     WORLD,
+    Constraints,
     Evolution,
     Islands,
     Transferability,
@@ -207,6 +209,34 @@ def check_transferability(
             f"add this objective, or remove the section [{TRANSFERABILITY}]",
         )
     return options
+
+
+def check_constraints(
+    constraints: Constraints,
+    islands: Islands,
+    reality: Organism | None,
+    entries: Mapping[str, Entry],
+    plugins: Mapping[str, Any],
+    problems: Problems,
+) -> None:
+    """Report a search that cannot respect constraints."""
+    search: Search | None = plugins.get("search")
+    if search is None or not constraints.names:
+        return
+    several = "islands" if islands.number > 1 else "tests in reality" if reality else ""
+    if several:
+        problems.report(CONSTRAINTS, f"constraints cannot be combined with {several}")
+    elif search.keeps:
+        problems.report(
+            CONSTRAINTS,
+            f"the search {entries['search'].name!r} does not support constraints",
+            "a search for one best individual, such as 'cma-es'",
+        )
+    for name in constraints.at_most.keys() & constraints.at_least.keys():
+        low, high = constraints.at_least[name], constraints.at_most[name]
+        if low > high:
+            what = f"{name!r} cannot be at least {low:g} and at most {high:g}"
+            problems.report(f"{CONSTRAINTS}.at_least", what, f"a number ≤ {high:g}")
 
 
 def check_reality(reality: Organism, entry: Entry, organism: Organism, problems: Problems) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any, Literal, cast
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict
 
 from gaitsim import toml
@@ -131,6 +132,56 @@ class Transferability(BaseModel):
 NO_REALITY = Transferability()
 
 
+CONSTRAINTS = "constraints"
+"""The section of an experiment with constraints."""
+
+
+class Constraints(BaseModel):
+    """Bounds on terms and measures; not a plugin."""
+
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    at_most: dict[str, float] = option(
+        {},
+        'terms or measures that must not exceed a value, such as { "slip ratio" = 0.1 }; an '
+        "individual that exceeds it fails",
+    )
+    at_least: dict[str, float] = option(
+        {}, "terms or measures that must not be below a value; an individual below it fails"
+    )
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The name of the term or measure of each constraint."""
+        return (*self.at_most, *self.at_least)
+
+    def violations(self, values: Mapping[str, NDArray[np.float64]]) -> NDArray[np.float64]:
+        """Return how far individuals are beyond each bound, (population, constraints).
+
+        A constraint is satisfied if its violation is at most 0.
+
+        Args:
+            values: values of terms and measures by name, each (population,).
+        """
+        above = [values[name] - bound for name, bound in self.at_most.items()]
+        below = [bound - values[name] for name, bound in self.at_least.items()]
+        return np.stack([*above, *below], axis=-1)
+
+    def reason(self, number: int, value: float) -> str:
+        """Return why an individual fails that violates a constraint.
+
+        Args:
+            number: index of the constraint, in the order of `names`.
+            value: value of its term or measure.
+        """
+        name, bounds = self.names[number], [*self.at_most.values(), *self.at_least.values()]
+        limit = "most" if number < len(self.at_most) else "least"
+        return f"{name} is {value:g}, and must be at {limit} {bounds[number]:g}"
+
+
+UNCONSTRAINED = Constraints()
+
+
 SCHEMA = 1
 MOST_GENERATIONS = 100_000_000
 DEFAULT_SEARCH = "genetic"
@@ -218,6 +269,7 @@ class Experiment(ReprMixin):
         worlds: worlds in which each individual is evaluated.
         transferability: options for reality, and for learning how it differs from simulation.
         reality: body that represents reality; None without tests in reality.
+        constraints: bounds on terms and measures.
         selection, crossover, mutation: operators, for a search that uses them.
     """
 
@@ -233,6 +285,7 @@ class Experiment(ReprMixin):
     worlds: Worlds = OWN_WORLD
     transferability: Transferability = NO_REALITY
     reality: Organism | None = None
+    constraints: Constraints = UNCONSTRAINED
     selection: Selection | None = None
     crossover: Crossover | None = None
     mutation: Mutation | None = None
@@ -334,6 +387,8 @@ class Experiment(ReprMixin):
             found["worlds"] = self.worlds
         if self.reality is not None:
             found[TRANSFERABILITY] = self.transferability
+        if self.constraints.names:
+            found[CONSTRAINTS] = self.constraints
         return found | {kind: self.plugin(kind) for kind in self.kinds}
 
     def to_dict(self) -> dict[str, Any]:

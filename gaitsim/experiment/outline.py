@@ -9,7 +9,14 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment.model import DEFAULT_SEARCH, TRANSFERABILITY, Evolution, Islands, Worlds
+from gaitsim.experiment.model import (
+    CONSTRAINTS,
+    DEFAULT_SEARCH,
+    TRANSFERABILITY,
+    Evolution,
+    Islands,
+    Worlds,
+)
 from gaitsim.registry import KINDS
 from gaitsim.registry.options import OPERATORS, PLUGIN
 
@@ -56,6 +63,8 @@ class ExperimentOutline:
             found["worlds"] = dict(self.sections["worlds"])
         if tested := self.sections.get(TRANSFERABILITY):
             found[TRANSFERABILITY] = dict(tested)
+        if bounds := self.sections.get(CONSTRAINTS):
+            found[CONSTRAINTS] = dict(bounds)
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:

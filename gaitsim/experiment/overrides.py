@@ -9,7 +9,15 @@ from pydantic import BaseModel, ValidationError
 from pydantic.fields import FieldInfo
 
 from gaitsim.errors import ExperimentError, GaitsimError, nearest
-from gaitsim.experiment.model import TRANSFERABILITY, Evolution, Islands, Transferability, Worlds
+from gaitsim.experiment.model import (
+    CONSTRAINTS,
+    TRANSFERABILITY,
+    Constraints,
+    Evolution,
+    Islands,
+    Transferability,
+    Worlds,
+)
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.options import PLUGIN
 from gaitsim.toml import is_long, literal, shortened, text
@@ -145,7 +153,7 @@ def _sentence(detail: Any) -> str:
 
 
 HEAD = ("schema", "name", "description", "seed")
-SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, *KINDS)
+SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, CONSTRAINTS, *KINDS)
 _EXAMPLE = "SECTION.OPTION=VALUE, such as mutation.rate=0.1"
 
 
@@ -247,6 +255,7 @@ def _suggest_section(data: dict[str, Any], name: str) -> str:
     options_of = {"evolution": Evolution.model_fields, "islands": Islands.model_fields}
     options_of["worlds"] = Worlds.model_fields
     options_of[TRANSFERABILITY] = Transferability.model_fields
+    options_of[CONSTRAINTS] = Constraints.model_fields
     options_of |= {kind: data[kind] for kind in KINDS if isinstance(data.get(kind), dict)}
     owners = [section for section, known in options_of.items() if name in known]
     return f"did you mean {f'{owners[0]}.{name}'!r}?" if owners else ""

@@ -13,6 +13,7 @@ from gaitsim.contracts import Organism
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment.combination import (
     check_combination,
+    check_constraints,
     check_islands,
     check_pairing,
     check_reality,
@@ -21,9 +22,11 @@ from gaitsim.experiment.combination import (
     check_worlds,
 )
 from gaitsim.experiment.model import (
+    CONSTRAINTS,
     DEFAULT_SEARCH,
     SCHEMA,
     TRANSFERABILITY,
+    Constraints,
     Evolution,
     Experiment,
     Islands,
@@ -96,6 +99,7 @@ class Reader:
         islands = self._options("islands", Islands)
         worlds = self._options("worlds", Worlds)
         transferability = self._options(TRANSFERABILITY, Transferability)
+        constraints = self._options(CONSTRAINTS, Constraints)
         for kind in KINDS:
             if kind not in OPERATORS or self._uses_operator(kind):
                 self._read_plugin(kind)
@@ -112,7 +116,11 @@ class Reader:
             transferability = check_transferability(transferability, entries, plugins, problems)
             reality = self._reality(transferability.reality)
             transferability = transferability.resolved(reality)
-        if problems.found or not (evolution and islands and worlds and transferability):
+        if constraints is not None and islands is not None:
+            check_constraints(constraints, islands, reality, entries, plugins, problems)
+        if problems.found or not (
+            evolution and islands and worlds and transferability and constraints
+        ):
             raise ExperimentError(problems.found)
         return Experiment(
             name,
@@ -125,6 +133,7 @@ class Reader:
             worlds=worlds,
             transferability=transferability,
             reality=reality,
+            constraints=constraints,
         )
 
     def _uses_operator(self, kind: str) -> bool:

@@ -20,6 +20,7 @@ from gaitsim.contracts import (
     Fitness,
     Genomes,
     GenomeSpace,
+    Measure,
     Motion,
     Organism,
     Plugin,
@@ -171,6 +172,17 @@ class FunctionBody(Organism):
         except Exception:
             return False
         return found.ndim == 0 and found.dtype.kind in "fiub"
+
+    def measures(self, motion: Motion) -> dict[str, Measure]:
+        """Return the channels (population,) besides the score; {} if they are its terms."""
+        flat = {name: motion[name] for name in motion if np.ndim(motion[name]) == 1}
+        if "score" not in flat and len(flat) == len(motion):
+            return {}
+        return {
+            name: Measure(values, "", "a value that the function returned")
+            for name, values in flat.items()
+            if name != "score"
+        }
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Raise an error, because a function cannot be drawn."""

@@ -10,6 +10,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import (
+    CONSTRAINTS,
     TRANSFERABILITY,
     Evolution,
     Experiment,
@@ -53,7 +54,7 @@ class Change:
     @property
     def reevaluates(self) -> bool:
         """Whether scores before and after the change cannot be compared."""
-        return self.redraws or self.key.split(".")[0] in (*SCORING, TRANSFERABILITY)
+        return self.redraws or self.key.split(".")[0] in (*SCORING, TRANSFERABILITY, CONSTRAINTS)
 
 
 @dataclass(frozen=True)
