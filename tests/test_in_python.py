@@ -345,6 +345,18 @@ def test_an_error_of_a_function_in_a_worker_names_its_line(shared: None) -> None
         run_to_end(gs.evolve(body=picky, space=SPACE, population=7, workers=2))
 
 
+def test_a_function_that_gives_other_scores_in_a_worker_is_named(shared: None) -> None:
+    process = os.getpid()
+
+    def shifted(genomes: Genomes) -> Array:
+        return genomes[:, 0] + (os.getpid() == process)
+
+    search = gs.evolve(body=shifted, space=SPACE, generations=3, workers=2)
+    with pytest.warns(UserWarning, match="'shifted' gave the same genome the score") as warned:
+        run_to_end(search)
+    assert len(warned) == 1
+
+
 def test_a_function_that_cannot_be_pickled_is_named_before_the_search() -> None:
     lock = threading.Lock()
 

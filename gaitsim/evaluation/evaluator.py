@@ -86,6 +86,8 @@ class Evaluator:
             self._scheduler = Scheduler(self._threads, remote, self._requested, on_warning)
             self._task_scheduler = Scheduler(self._threads, remote, self._requested)
         self._serialized = SerializedExperiment(experiment)
+        # A genome with its generation and evaluation in this process, to compare with a worker's.
+        self._unchecked: tuple[Genomes, int, Evaluation] | None = None
 
     @property
     def workers(self) -> int:
@@ -157,6 +159,7 @@ class Evaluator:
             return time.perf_counter() - start
 
         scheduler.time_batches(seconds, len(genomes))
+        self._unchecked = genomes[:1], generation, parts[0]
         rest = genomes[sum(len(part.scores) for part in parts) :]
         parts += [self._evaluate(rest, generation)] if len(rest) else []
         return join_evaluations(self.experiment, parts)
@@ -170,6 +173,7 @@ class Evaluator:
         if scheduler is not None and chunks > 1:
             populations = np.split(genomes, split_indices(len(genomes), chunks, self.workers))
             results = self._map_remotely(scheduler, partial(_timed, generation), populations)
+            self._compare_workers(scheduler)
             seconds = sum(seconds for seconds, _ in results)
             scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
             return join_evaluations(self.experiment, [part for _, part in results])
@@ -181,6 +185,22 @@ class Evaluator:
             seconds = time.perf_counter() - start
             scheduler.cost_model.learn(len(genomes), seconds, self._threads)
         return join_evaluations(self.experiment, parts)
+
+    def _compare_workers(self, scheduler: Scheduler) -> None:
+        """Warn, once, if a user's function scores the first genome differently in a worker."""
+        if self._unchecked is None:
+            return
+        genomes, generation, here = self._unchecked
+        self._unchecked = None
+        [(_, there)] = self._map_remotely(scheduler, partial(_timed, generation), [genomes])
+        if np.array_equal(here.scores, there.scores):
+            return
+        code = " and the ".join(map(str, self.experiment.outside))
+        self._on_warning(
+            f"the {code} gave the same genome the score {here.scores[0]:g} here and "
+            f"{there.scores[0]:g} in a worker, so results depend on the number of workers: it is "
+            "random, or uses a variable of a module that was changed after the import"
+        )
 
     def map(
         self, function: Callable[[Experiment, Task], Result], tasks: Sequence[Task]
@@ -241,9 +261,10 @@ class Evaluator:
         try:
             yield
         except WorkerLostError as error:
+            one = "workers=1" if self.experiment.outside else "--workers 1"
             raise GaitsimError(
                 f"{error.what}, which moves {self.experiment.entries['organism']}",
-                remedy="run with --workers 1 to see the reason; fewer workers need less memory",
+                remedy=f"run with {one} to see the reason; fewer workers need less memory",
             ) from None
 
 
