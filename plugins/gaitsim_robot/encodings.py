@@ -224,7 +224,7 @@ class Encoding:
         """Return gaits made by hand, by name, as genomes (genes,).
 
         The symmetry chooses the gait; with the symmetry 'none', there are two, an alternating one
-        and a wave. The step cycles are of moderate size. In the encodings `sine` and `cpg`, each
+        and a wave. The step cycles are long and low. In the encodings `sine` and `cpg`, each
         joint follows the first harmonic of its angle in such a cycle.
         """
         alternating = _ALTERNATING.get(len(self.anatomy.legs), "alternating")
@@ -236,9 +236,9 @@ class Encoding:
         return found
 
     def _gait(self, gait: Symmetry) -> Floats:
-        """Return the genome of a gait of moderate step cycles."""
+        """Return the genome of a gait of long, low step cycles."""
         steps = replace(self, kind="steps")
-        values = steps._moderate(gait)
+        values = steps._values(gait)
         if self.kind == "steps":
             return steps._genome(values)
         whole = {name: value[None] for name, value in values.items()}
@@ -249,20 +249,20 @@ class Encoding:
                 harmonic.append(first_harmonic(angles - self.chains[leg].zero))
         offset, amplitude, delay = np.concatenate(harmonic, axis=1)
         return self._genome(
-            self._moderate(gait) | {"offset": offset, "amplitude": amplitude, "delay": delay}
+            self._values(gait) | {"offset": offset, "amplitude": amplitude, "delay": delay}
         )
 
-    def _moderate(self, gait: Symmetry) -> dict[str, Floats]:
-        """Return the values of a gait of moderate step cycles by gene group, (parts,) each."""
+    def _values(self, gait: Symmetry) -> dict[str, Floats]:
+        """Return the values of a gait of long, low step cycles by gene group, (parts,) each."""
         size = float(np.mean([leg.length for leg in self.anatomy.legs]))
         # A wave of two rows is the walk of a quadruped, with a quarter of a cycle between its legs.
         lag = np.array([2 * math.pi / max(4, 1 + int(rows(self.anatomy).max()))])
         values = {
-            "stride": 0.3 * size,
-            "lift": 0.12 * size,
-            "duty": 0.6,
+            "stride": 0.6 * size,
+            "lift": 0.08 * size,
+            "duty": 0.5,
             "sway": 0.08 * size,
-            "frequency": 1.2,
+            "frequency": 1.8,
             "phase": phases(self.anatomy, gait, lag)[0],
             "lag": lag,
         }
