@@ -56,16 +56,16 @@ BODIES = {
         pair("cma-es", "fly") | pair("genetic", "fly-genetic"), (5_000, 10_000, 20_000), (5, 10), 30
     ),
     "walker": Body(
-        {"cma-es, random": ("walker", {}), "genetic, random": ("walker-genetic", {})},
+        {"genetic, random": ("walker", {}), "cma-es, random": ("walker-cma", {})},
         (1_000, 2_000),
         (3, 3.5),
         20,
     ),
     "walker-four": Body(
         {
-            "cma-es, start": ("walker", FOUR),
-            "cma-es, random": ("walker", FOUR | RANDOM),
-            "genetic, start": ("walker-genetic", FOUR | {"evolution.population": 40}),
+            "cma-es, start": ("walker-cma", FOUR),
+            "cma-es, random": ("walker-cma", FOUR | RANDOM),
+            "genetic, start": ("walker", FOUR | {"evolution.population": 40}),
         },
         (600, 1_200),
         (3, 5),
