@@ -9,6 +9,7 @@ from gaitsim.evaluation.serialized import prepare
 from gaitsim.evaluation.worlds import in_reality
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.individual import Member, Which
+from gaitsim.opening import read_regular
 from gaitsim.runs.compatibility import check_size
 from gaitsim.runs.files.checkpoint import Champion, Start, pack, read_champion
 from gaitsim.runs.files.folder import (
@@ -28,6 +29,7 @@ from gaitsim.runs.files.folder import (
     find_run,
     saved_champions,
 )
+from gaitsim.runs.files.safe_pickle import MAX_BYTES
 from gaitsim.runs.files.tables import first_rows
 from gaitsim.runs.provenance import provenance_bytes, read_provenance
 from gaitsim.runs.resume import plan_resume
@@ -56,7 +58,7 @@ def create_run(
     wanted = RUNS / experiment.name if out is None else out
     files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
     if start is not None:
-        files[START] = pack(Start.of(start) if isinstance(start, Champion) else start)
+        files[START] = pack(start)
     return create_folder(wanted, files, (CHAMPIONS, EXPORTS))
 
 
@@ -137,7 +139,7 @@ def fork_run(
     }
     checkpoint = run.checkpoint
     if run.start is not None:
-        files[START] = pack(run.start)
+        files[START] = read_regular(path / START, MAX_BYTES)
     if checkpoint is not None:
         files |= {BESTS: run.bests.tobytes(), CHECKSUMS: run.checksums.tobytes()}
         files[CHECKPOINT] = pack(checkpoint)

@@ -298,7 +298,7 @@ def test_stages_are_checked(stages, tmp_path, checkpoint):
     assert "population.stages" in refused(path).what
 
 
-def test_a_start_is_read_as_written_and_from_the_champion_of_version_0_1(tmp_path, champion):
+def test_a_start_is_read_as_written_and_from_a_champion(tmp_path, champion):
     one = champion()
     several = Start("name = 'a'", np.array([[0.5, 1.0], [2.0, -3.0]]))
     for record, genomes, generation in (

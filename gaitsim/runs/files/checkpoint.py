@@ -174,7 +174,7 @@ def read_champion(path: Path) -> Champion:
 
 
 def read_start(path: Path) -> Start:
-    """Read the start of a run, as safely as `read_checkpoint`; version 0.1.0 saved a champion."""
+    """Read the start of a run, which may be a champion, as safely as `read_checkpoint`."""
     found: Start | Champion = _unpack(path, Start.kind, Champion.kind)
     return Start.of(found) if isinstance(found, Champion) else found
 
