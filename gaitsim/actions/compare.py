@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+import sys
 from collections.abc import Mapping, Sequence
+from itertools import takewhile
 from pathlib import Path
 from shutil import rmtree
 from typing import TYPE_CHECKING
@@ -20,6 +23,7 @@ from gaitsim.actions.action import (
     argument,
 )
 from gaitsim.choices import PlotFormat
+from gaitsim.console import INTERRUPTED
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
@@ -43,6 +47,8 @@ class CompareExperiments(Action):
     of evaluations whatever its search and population size. The order of the experiments does not
     affect the results. The command writes a report in Markdown, figures, tables of all repeats and
     of the ECDF, and all numbers as JSON.
+
+    Ctrl-C stops the comparison and keeps finished repeats; the same command continues it.
 
     [bold]Examples[/bold]
 
@@ -115,24 +121,24 @@ class CompareExperiments(Action):
         return aims, *equal_budgets(loaded, self.evaluations)
 
     def free_folder(self) -> Path:
-        """Check the comparison, and return a new folder for it.
+        """Check the comparison, and return a folder for it: new, or that of a stopped one.
 
         Raises:
             GaitsimError: an option or an experiment has problems.
         """
         from gaitsim.runs.files.folder import free_name
 
-        return free_name(_folder_of(self.load()[2]))
+        loaded = self.load()[2]
+        wanted = _folder_of(loaded)
+        return _stopped(wanted, _texts(loaded), self.repeats) or free_name(wanted)
 
     def do(self) -> None:
         """Evolve the repeats, and write the report."""
         from gaitsim.console.cluster import cluster
-        from gaitsim.console.interrupts import all_or_nothing
-        from gaitsim.console.printing import notice
+        from gaitsim.console.printing import notice, print_json
         from gaitsim.console.unseen import check_worlds
-        from gaitsim.runs.files.folder import command, create_folder
-        from gaitsim.runs.lock import RunLock
-        from gaitsim.study.comparison import analyse, warning
+        from gaitsim.runs.files.folder import check_links, command, create_folder
+        from gaitsim.study.comparison import warning
 
         check_worlds(self.worlds, self.world_seed)
         if self.worlds is not None:
@@ -141,68 +147,158 @@ class CompareExperiments(Action):
         aims, budget, loaded = self.load()
         if problem := warning(loaded.values()):
             notice(f"Warning: {problem}")
-        texts = {f"{place}.toml": one.to_toml() for place, one in enumerate(loaded.values(), 1)}
-        options = ["--repeats", self.repeats]
+        texts, wanted = _texts(loaded), self.out or _folder_of(loaded)
+        with cluster(self.dask, self.workers) as executor:
+            folder = _stopped(wanted, texts, self.repeats)
+            if folder is None:
+                folder = create_folder(wanted, texts, [_repeats_folder(self.repeats)])
+            check_links(folder)
+            shown = f"./{folder}" if str(folder).startswith("-") else folder
+            files = (f"{shown}/{text}" for text in texts)
+            again = command("compare", *files, *self._options(), "--evaluations", budget)
+            findings = self._finish(folder, loaded, aims, budget, again, executor)
+        if self.json_lines:
+            print_json({"folder": str(folder), **_values(findings, again)})
+        else:
+            _print(folder, findings, again)
+
+    def _finish(
+        self,
+        folder: Path,
+        loaded: dict[str, Experiment],
+        aims: Sequence[float],
+        budget: int,
+        again: str,
+        executor: Executor | None,
+    ) -> Findings:
+        """Evolve the missing repeats, and write the report into the folder.
+
+        A folder without a finished repeat is removed if this fails.
+        """
+        from gaitsim.console.interrupts import interruptible
+        from gaitsim.console.printing import notice
+        from gaitsim.runs.lock import RunLock
+        from gaitsim.study.comparison import analyse
+
+        kept = folder / _repeats_folder(self.repeats)
+        lock = RunLock(folder)  # marks the folder as in use
+        try:
+            with interruptible():
+                findings = analyse(self._samples(loaded, kept, executor), budget, aims)
+                _write(folder, findings, again, self.format)
+        except BaseException as error:
+            saved = any(kept.glob("*.npy"))
+            if not saved:
+                rmtree(folder, ignore_errors=True)
+            if isinstance(error, KeyboardInterrupt):
+                how = (
+                    "finished repeats are saved. Continue" if saved else "nothing is saved. Repeat"
+                )
+                notice(f"Stopped; {how} with: {self._command()}")
+                sys.exit(INTERRUPTED)
+            if isinstance(error, GaitsimError) and saved:
+                error.add_remedy(f"finished repeats are saved; continue with: {self._command()}")
+            raise
+        finally:
+            lock.release()
+        rmtree(kept, ignore_errors=True)
+        return findings
+
+    def _options(self) -> list[object]:
+        """Return the options that a comparison of the written experiments needs."""
+        options: list[object] = ["--repeats", self.repeats]
         options += [f"--targets={self.targets}"] if self.targets is not None else []
-        options += ["--format", self.format] if self.format != "png" else []
+        return options + (["--format", self.format] if self.format != "png" else [])
+
+    def _command(self) -> str:
+        """Return the command line of this comparison."""
+        from gaitsim.runs.files.folder import command
+
         plans: dict[str, object] = {
             "--evaluations": self.evaluations,
             "--generations": self.generations,
             "--population": self.population,
             "--out": self.out,
         }
-        start_again = command(
+        return command(
             "compare",
             *self.experiments,
-            *options,
+            *self._options(),
             *(word for flag, value in plans.items() if value is not None for word in (flag, value)),
             *(word for text in self.set_ or () for word in ("--set", text)),
         )
-        with cluster(self.dask, self.workers) as executor:
-            folder = create_folder(self.out or _folder_of(loaded), texts)
-            lock = RunLock(folder)  # marks the folder as in use
-            with all_or_nothing(
-                f"Start over: {start_again} (unlike this command, gaitsim study keeps finished "
-                "work)"
-            ):
-                try:
-                    samples = self._samples(loaded, executor)
-                    findings = analyse(samples, budget, aims)
-                except BaseException:
-                    rmtree(folder, ignore_errors=True)
-                    raise
-                finally:
-                    lock.release()
-        shown = f"./{folder}" if str(folder).startswith("-") else folder
-        files = (f"{shown}/{text}" for text in texts)
-        again = command("compare", *files, *options, "--evaluations", budget)
-        _report(folder, findings, again, self.format, json=self.json_lines)
 
     def _samples(
-        self, loaded: dict[str, Experiment], executor: Executor | None
+        self, loaded: dict[str, Experiment], kept: Path, executor: Executor | None
     ) -> dict[str, Sample]:
-        """Repeat each experiment, with a progress bar or a log."""
+        """Evolve the missing repeats of each experiment, with a progress bar or a log."""
+        import numpy as np
+
         from gaitsim.console.cluster import warn
         from gaitsim.console.progress_bar import Progress
+        from gaitsim.runs.files.atomic import sweep
         from gaitsim.study.comparison import Sample
-        from gaitsim.study.running import repeat_experiment
+        from gaitsim.study.running import complete_repeats, read_repeats
 
+        sweep(kept)
         found = {}
-        for label, experiment in loaded.items():
+        for place, (label, experiment) in enumerate(loaded.items(), 1):
+            best = read_repeats(kept, place, experiment, self.repeats)
+            found[label] = Sample(experiment, best)
+            missing = int(np.isnan(best[:, 0]).sum())
+            if not missing:
+                continue
+            some = f"{missing} of " if missing < self.repeats else ""
             total = experiment.evolution.generations
-            log = f"{label}: {self.repeats} repeats of {total:,} generations"
+            log = f"{label}: {some}{self.repeats} repeats of {total:,} generations"
             log = "" if self.json_lines else log
-            with Progress(label, "generations", total, log=log) as progress:
-                best = repeat_experiment(
+            with Progress(label, "generations", missing * total, log=log) as progress:
+                complete_repeats(
+                    kept,
+                    place,
                     experiment,
-                    self.repeats,
+                    best,
                     workers=self.workers,
                     on_generation=progress.advance,
                     on_warning=warn,
                     cluster=executor,
                 )
-                found[label] = Sample(experiment, best)
         return found
+
+
+def _texts(experiments: Mapping[str, Experiment]) -> dict[str, str]:
+    """Return the experiments as the texts of files: `1.toml`, `2.toml` …"""
+    return {f"{place}.toml": one.to_toml() for place, one in enumerate(experiments.values(), 1)}
+
+
+def _repeats_folder(repeats: int) -> str:
+    """Return the name of the folder of finished repeats, which exists until the report does."""
+    return f"repeats-{repeats}"
+
+
+def _stopped(wanted: Path, texts: Mapping[str, str], repeats: int) -> Path | None:
+    """Return the folder of a stopped comparison of the same experiments; None if there is none."""
+    from gaitsim.opening import is_folder, read_regular
+    from gaitsim.runs.files.folder import numbered_names
+    from gaitsim.runs.lock import is_locked
+    from gaitsim.study.comparison_report import REPORT
+
+    def is_same(folder: Path) -> bool:
+        try:
+            return (
+                is_folder(folder / _repeats_folder(repeats))
+                and not os.path.lexists(folder / REPORT)
+                and not os.path.lexists(folder / f"{len(texts) + 1}.toml")
+                and all(
+                    read_regular(folder / name, len(data := text.encode())) == data
+                    for name, text in texts.items()
+                )
+                and not is_locked(folder)
+            )
+        except OSError:
+            return False
+
+    return next(filter(is_same, takewhile(os.path.lexists, numbered_names(wanted))), None)
 
 
 def _folder_of(experiments: Mapping[str, Experiment]) -> Path:
@@ -211,27 +307,26 @@ def _folder_of(experiments: Mapping[str, Experiment]) -> Path:
     return Path("comparisons") / name[:150]
 
 
-def _report(
-    folder: Path, findings: Findings, again: str, format: PlotFormat, *, json: bool
-) -> None:
-    """Write the files of a comparison, and print it."""
-    from gaitsim.console.printing import as_json, print_json, report_files
+def _values(findings: Findings, again: str) -> dict[str, object]:
+    from gaitsim.study.comparison_report import to_dict
+
+    return {**to_dict(findings), "command": again}
+
+
+def _write(folder: Path, findings: Findings, again: str, format: PlotFormat) -> None:
+    """Write the files of a comparison; the report is last, as it marks the end."""
+    from gaitsim.console.printing import as_json, report_files
     from gaitsim.render.plots.comparison import FIGURES
     from gaitsim.render.plots.style import LIGHT, save
     from gaitsim.runs.files.atomic import write_bytes
-    from gaitsim.study.comparison_report import CURVES, REPORT, TABLE, to_dict, write_comparison
+    from gaitsim.study.comparison_report import CURVES, REPORT, TABLE, write_comparison
 
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
     for path, draw in zip(figures, FIGURES.values(), strict=True):
         save(draw(findings, LIGHT), path)
+    write_bytes(folder / VALUES, (as_json(_values(findings, again)) + "\n").encode())
     write_comparison(folder, findings, again, figures)
-    values = {**to_dict(findings), "command": again}
-    write_bytes(folder / VALUES, (as_json(values) + "\n").encode())
     report_files(*(folder / name for name in (REPORT, TABLE, CURVES, VALUES)), *figures)
-    if json:
-        print_json({"folder": str(folder), **values})
-    else:
-        _print(folder, findings, again)
 
 
 def _print(folder: Path, findings: Findings, again: str) -> None:

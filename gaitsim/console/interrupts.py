@@ -53,15 +53,11 @@ def interruptible() -> Iterator[Interrupts]:
 
 
 @contextmanager
-def all_or_nothing(remedy: str = "") -> Iterator[None]:
-    """Exit when the user stops the block, which must have written nothing by then.
-
-    Args:
-        remedy: sentence on how to start again.
-    """
+def all_or_nothing() -> Iterator[None]:
+    """Exit when the user stops the block, which must have written nothing by then."""
     try:
         with interruptible():
             yield
     except KeyboardInterrupt:
-        notice(f"Stopped; nothing was written. {remedy}".rstrip())
+        notice("Stopped; nothing was written.")
         sys.exit(INTERRUPTED)

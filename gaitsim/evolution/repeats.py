@@ -3,10 +3,11 @@
 For a small population, function calls cost more than arithmetic: a hundred repeats of ten
 millipedes cost little more than one. The repeats of a genetic algorithm share the random streams
 of each generation. Their results therefore depend on the number of repeats, and even the first
-repeat differs from a run by `gaitsim run`.
+repeat differs from a run by `gaitsim run`. The repeats of a search with a state have streams of
+their own, so any part of them gives the same results alone.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,19 +21,36 @@ from gaitsim.experiment import Experiment
 Scores = NDArray[np.float64]
 
 
-def evolve_repeats(experiment: Experiment, evaluate: Evaluate, repeats: int) -> Iterator[Scores]:
+def evolve_repeats(
+    experiment: Experiment,
+    evaluate: Evaluate,
+    repeats: int,
+    *,
+    only: Sequence[int] | None = None,
+) -> Iterator[Scores]:
     """Evolve `repeats` populations to the experiment's last generation.
 
     Other stop conditions do not apply, so that repeats stay comparable.
+
+    Args:
+        experiment: experiment to repeat.
+        evaluate: function that evaluates genomes.
+        repeats: number of repeats.
+        only: numbers of the repeats to evolve, from 0; None for all. A search that handles
+            `several` populations at once evolves all.
 
     Yields:
         After each generation, the best score so far of each repeat, (repeats,), in the worlds of
         that generation; −inf if none was finite. Each generation adds `experiment.individuals`
         evaluations to each repeat.
     """
-    evolve = _evolve_stacked if experiment.search.several else _evolve_one_by_one
-    best = np.full(repeats, -np.inf)
-    for number, scores in enumerate(evolve(experiment, evaluate, repeats), 1):
+    if experiment.search.several:
+        evolving = _evolve_stacked(experiment, evaluate, repeats)
+    else:
+        chosen = range(repeats) if only is None else only
+        evolving = _evolve_one_by_one(experiment, evaluate, chosen)
+    best = np.array(-np.inf)
+    for number, scores in enumerate(evolving, 1):
         best = scores if experiment.worlds.redrawn(number) else np.maximum(best, scores)
         yield best
 
@@ -56,22 +74,22 @@ def _evolve_stacked(experiment: Experiment, evaluate: Evaluate, repeats: int) ->
 
 
 def _evolve_one_by_one(
-    experiment: Experiment, evaluate: Evaluate, repeats: int
+    experiment: Experiment, evaluate: Evaluate, repeats: Sequence[int]
 ) -> Iterator[Scores]:
     """Yield the best score of each repeat per generation, for a search with a state per repeat.
 
     Each repeat has its own random streams, like an island.
     """
     space, size = experiment.space(), experiment.evolution.population
-    states = [initial_state(experiment, space, island=index) for index in range(repeats)]
-    lasts: list[Results | None] = [None] * repeats
+    states = [initial_state(experiment, space, island=island) for island in repeats]
+    lasts: list[Results | None] = [None] * len(repeats)
     for number in range(1, experiment.evolution.generations + 1):
         asked = [
-            ask(experiment, space, state, last, number, island=index)
-            for index, (state, last) in enumerate(zip(states, lasts, strict=True))
+            ask(experiment, space, state, last, number, island=island)
+            for island, state, last in zip(repeats, states, lasts, strict=True)
         ]
         evaluation = evaluate(np.concatenate([genomes for genomes, _ in asked]), number)
-        for index, (genomes, state) in enumerate(asked):
+        for index, (island, (genomes, state)) in enumerate(zip(repeats, asked, strict=True)):
             rows = slice(index * size, (index + 1) * size)
             values = {name: column[rows] for name, column in evaluation.values.items()}
             lasts[index] = results = Results(genomes, evaluation.scores[rows], values)
@@ -82,5 +100,5 @@ def _evolve_one_by_one(
                 )
             else:
                 states[index] = state
-            states[index] = tell(experiment, space, states[index], results, number, island=index)
-        yield evaluation.scores.reshape(repeats, -1).max(axis=1)
+            states[index] = tell(experiment, space, states[index], results, number, island=island)
+        yield evaluation.scores.reshape(len(repeats), -1).max(axis=1)

@@ -15,7 +15,7 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.comparison import Findings
 from gaitsim.study.results import markdown, number
 from gaitsim.study.runtimes import DIGITS, target_text
-from gaitsim.study.statistics import CONFIDENCE, EXACT, PairTest, TargetTest
+from gaitsim.study.statistics import CONFIDENCE, EXACT, LEAST_FOR_MEANS, PairTest, TargetTest
 
 
 class Table(NamedTuple):
@@ -181,6 +181,9 @@ def tables(findings: Findings) -> list[Table]:
     ]
     # The warning is repeated below the effect sizes, which are misleading without it.
     caution = f"{findings.warning} " if findings.warning else ""
+    few = ""
+    if findings.repeats < LEAST_FOR_MEANS:
+        few = f" Areas have no interval with fewer than {LEAST_FOR_MEANS} repeats."
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [
         Table(after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
@@ -197,7 +200,7 @@ def tables(findings: Findings) -> list[Table]:
             f"ECDF over {target_words(findings)}",
             ["experiment", "area", interval, "reached at the end"],
             areas,
-            f"Targets: {findings.ecdf_rule}.",
+            f"Targets: {findings.ecdf_rule}.{few}",
         ),
         Table(
             "Successes and expected running times (ERT), evaluations",

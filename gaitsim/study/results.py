@@ -24,7 +24,7 @@ from gaitsim.study.confirmation import ReachedTarget
 from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study
 from gaitsim.study.running import CELLS, Best, recorded_generations
 from gaitsim.study.runtimes import target_text
-from gaitsim.study.statistics import CONFIDENCE, LEAST
+from gaitsim.study.statistics import CONFIDENCE, LEAST_FOR_MEANS
 
 TABLE, REPORT = "results.csv", "report.md"
 
@@ -318,8 +318,9 @@ def _cells(path: Path, study: Study) -> Section:
     more = f"Only the first {MOST_ROWS:,} cells are shown. " if len(shown) > MOST_ROWS else ""
     about = (
         f"{more}Best scores after the last generation of each cell. ± is the 95 % confidence "
-        f"interval (Student's t) of each single mean, from {LEAST} repeats on; the highest of many "
-        f"means is usually too high by chance. {TABLE} has every recorded generation."
+        f"interval (Student's t) of each single mean, from {LEAST_FOR_MEANS} repeats on; the "
+        f"highest of many means is usually too high by chance. {TABLE} has every recorded "
+        "generation."
     )
     return Section("Cells", columns, shown[:MOST_ROWS], (about,))
 
@@ -341,7 +342,7 @@ def _statistics(row: Sequence[str]) -> tuple[str, ...]:
     except ValueError:
         return (*row[:1], *row[2:3], "–", "–", "–", "–")
     half = math.nan
-    if repeats >= LEAST:
+    if repeats >= LEAST_FOR_MEANS:
         half = float(stdtrit(repeats - 1, 0.975)) * std / math.sqrt(repeats)
     return (
         str(generation),

@@ -1,4 +1,4 @@
-"""Run a study cell by cell; a stopped study resumes with the missing cells.
+"""Run a study cell by cell, and a comparison part by part; both resume with what is missing.
 
 Results are stored under keys: hashes of everything that a result depends on.
 """
@@ -7,10 +7,12 @@ import hashlib
 import io
 import json
 import math
+import os
 import re
 from collections.abc import Callable, Iterator, Sequence
 from functools import cache
 from importlib.metadata import PackageNotFoundError, requires, version
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -115,15 +117,107 @@ def repeat_experiment(
     return np.stack(best, axis=1)
 
 
+MOST_PARTS = 100_000  # files read in a folder of repeats
+_PART = re.compile(r"(\d{1,6})-(\d{1,6})-(\d{1,6})-([0-9a-f]{16})\.npy")
+
+
+def read_repeats(folder: Path, place: int, experiment: Experiment, repeats: int) -> Best:
+    """Return the finished repeats of an experiment of a comparison; NaN for missing repeats.
+
+    Args:
+        folder: folder of the repeats.
+        place: number of the experiment.
+        experiment: experiment to repeat.
+        repeats: number of repeats.
+    """
+    generations = recorded_generations(experiment, 1)
+    best = np.full((repeats, len(generations)), np.nan)
+    key = result_key(experiment, repeats, generations.tolist())
+    for entry in islice(os.scandir(folder), MOST_PARTS):
+        match = _PART.fullmatch(entry.name)
+        if match is None or (int(match[1]), match[4]) != (place, key):
+            continue
+        first, end = int(match[2]), int(match[3])
+        if first < end <= repeats:
+            found = _read_best(Path(entry.path), (end - first, len(generations)))
+            if found is not None:
+                best[first:end] = found
+    return best
+
+
+def complete_repeats(
+    folder: Path,
+    place: int,
+    experiment: Experiment,
+    best: Best,
+    *,
+    workers: int | None = None,
+    on_generation: Callable[[int], None] = lambda repeats: None,
+    on_warning: OnWarning = lambda text: None,
+    cluster: Executor | None = None,
+) -> None:
+    """Evolve the missing repeats of an experiment, and write each part that is finished.
+
+    Repeats that share random streams are one part; others are evolved in parts that occupy all
+    workers.
+
+    Args:
+        folder: folder of the repeats.
+        place: number of the experiment.
+        experiment: experiment to repeat.
+        best: result of `read_repeats` with missing repeats, which is completed in place.
+        workers: number of workers; None for the body's default.
+        on_generation: called after each generation with the number of repeats in it.
+        on_warning: called with a message for the user when workers died or are idle.
+        cluster: workers to use instead of `workers`; the caller closes it.
+    """
+    repeats = len(best)
+    missing = np.flatnonzero(np.isnan(best[:, 0])).tolist()
+    key = result_key(experiment, repeats, recorded_generations(experiment, 1).tolist())
+    with Evaluator(experiment, workers, on_warning, cluster) as evaluator:
+        size = -(-PER_WORKER * evaluator.workers // experiment.individuals)
+        parts = _parts(missing, size)
+        if experiment.search.several:
+            parts = [range(repeats)]
+        evaluator.prepare(max(map(len, parts)) * experiment.individuals)
+        for part in parts:
+            each = evolve_repeats(experiment, evaluator.evaluate, repeats, only=part)
+            for number, scores in enumerate(each):
+                best[part.start : part.stop, number] = scores
+                on_generation(len(part))
+            name = f"{place}-{part.start}-{part.stop}-{key}.npy"
+            _write_best(folder / name, best[part.start : part.stop])
+
+
+PER_WORKER = 64  # individuals in a generation of a part; more are not faster
+
+
+def _parts(missing: Sequence[int], size: int) -> list[range]:
+    """Return ascending numbers as ranges of at most `size` consecutive numbers."""
+    parts: list[range] = []
+    for number in missing:
+        last = parts[-1] if parts else range(0)
+        if parts and number == last.stop and len(last) < size:
+            parts[-1] = range(last.start, number + 1)
+        else:
+            parts.append(range(number, number + 1))
+    return parts
+
+
 def read_result(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> Best | None:
     """Return the result of a cell; None if it is missing or damaged."""
     shape = (study.repeats, len(recorded_generations(cell.experiment, study.record_every)))
+    return _read_best(_file(folder / place, study, cell), shape)
+
+
+def _read_best(path: Path, shape: tuple[int, int]) -> Best | None:
+    """Return the best scores in a file; None if it is missing or damaged."""
     start = io.BytesIO()
     described = {"descr": "<f8", "fortran_order": False, "shape": shape}
     np.lib.format.write_array_header_1_0(start, described)
     head, size = start.getvalue(), 8 * math.prod(shape)
     try:
-        data = read_regular(_file(folder / place, study, cell), len(head) + size)
+        data = read_regular(path, len(head) + size)
     except OSError:
         return None
     # Every byte of the header is known, so a damaged file is never parsed.
@@ -131,6 +225,12 @@ def read_result(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> B
         return None
     best = np.frombuffer(data, np.float64, offset=len(head)).reshape(shape)
     return best if (best < np.inf).all() else None
+
+
+def _write_best(path: Path, best: Best) -> None:
+    file = io.BytesIO()
+    np.save(file, best, allow_pickle=False)
+    write_bytes(path, file.getvalue(), follow=False)
 
 
 def results(
@@ -175,9 +275,8 @@ def run_cells(
     try:
         executor.check(cell.experiment for cell in ordered)
         for number, best in executor.each(_run_cell, tasks):
-            file, cell = io.BytesIO(), ordered[number]
-            np.save(file, best, allow_pickle=False)
-            write_bytes(_file(folder / place, study, cell), file.getvalue(), follow=False)
+            cell = ordered[number]
+            _write_best(_file(folder / place, study, cell), best)
             yield cell
     except WorkerLostError as error:
         raise GaitsimError(

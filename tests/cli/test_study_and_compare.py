@@ -3,6 +3,8 @@ import signal
 
 import pytest
 
+from gaitsim.study import running
+
 STUDY = """
 name = "small"
 description = "a small one"
@@ -81,12 +83,53 @@ def test_compare_writes_a_report_with_a_command_that_repeats_it(gaitsim, tmp_pat
     assert (tmp_path / "again/results.csv").read_text() == (folder / "results.csv").read_text()
 
 
-def test_a_stopped_comparison_keeps_nothing_and_prints_how_to_repeat_it(
-    gaitsim, tmp_path, monkeypatch
-):
+def interrupt_writing(monkeypatch, number):
+    """Press Ctrl-C when a number of parts of a comparison is written."""
+    write, written = running._write_best, []
+
+    def count(path, best):
+        write(path, best)
+        written.append(path.name)
+        if len(written) == number:
+            signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(running, "PER_WORKER", 20)
+    monkeypatch.setattr(running, "_write_best", count)
+    return written
+
+
+def test_a_stopped_comparison_continues_with_the_same_command(gaitsim, tmp_path, monkeypatch):
+    short = ("--population", 10, "--generations", 3, "--repeats", 5, "--workers", 1)
+    given = ("compare", "spider", "spider-genetic", *short)
+    gaitsim(*given, "--out", "whole")
+    written = interrupt_writing(monkeypatch, 1)
+    folder = tmp_path / "comparisons/spider-against-spider-genetic"
+    said = " ".join(gaitsim(*given, code=130).stderr.split())
+    assert (
+        "finished repeats are saved. Continue with: gaitsim compare spider spider-genetic" in said
+    )
+    assert [path.name for path in (folder / "repeats-5").iterdir()] == written
+    # Another number of repeats or other options are another comparison.
+    written[:] = [""]
+    for other in (("--repeats", 6), ("--set", "seed=3")):
+        gaitsim(*given, *other)
+    assert not (folder / "report.md").exists()
+    written[:] = [""]
+    gaitsim(*given)
+    # CMA-ES in parts of 20 spiders; a genetic algorithm, whose repeats share streams, at once.
+    assert [name.rsplit("-", 1)[0] for name in written[1:]] == ["1-2-4", "1-4-5", "2-0-5"]
+    assert (folder / "results.csv").read_text() == (tmp_path / "whole/results.csv").read_text()
+    assert not (folder / "repeats-5").exists()
+    assert {path.name for path in (tmp_path / "comparisons").iterdir()} == {
+        folder.name,
+        f"{folder.name}-2",
+        f"{folder.name}-3",
+    }
+
+
+def test_a_comparison_stopped_at_once_keeps_nothing(gaitsim, tmp_path, monkeypatch):
     monkeypatch.setattr(
-        "gaitsim.study.running.repeat_experiment",
-        lambda *_, **__: signal.raise_signal(signal.SIGINT),
+        running, "complete_repeats", lambda *_, **__: signal.raise_signal(signal.SIGINT)
     )
     given = ("millipede", "millipede", "--repeats", 3, "--set", "seed=7")
     said = gaitsim("compare", *given, code=130).stderr
@@ -96,17 +139,17 @@ def test_a_stopped_comparison_keeps_nothing_and_prints_how_to_repeat_it(
 
 @pytest.mark.slow
 def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path):
-    text = gaitsim("experiments", "show", "spider").stdout
-    head, _, _ = text.replace('name = "spider"', 'name = "cma"').partition("[search]")
+    text = gaitsim("experiments", "show", "spider-genetic").stdout
+    head, _, _ = text.replace('name = "spider-genetic"', 'name = "cma"').partition("[search]")
     (tmp_path / "cma.toml").write_text(
         head.replace("population = 200", "population = 9") + '[search]\nplugin = "cma-es"\n'
     )
-    arguments = ("compare", "spider", "cma.toml", "--repeats", 2, "--evaluations", 410)
+    arguments = ("compare", "spider-genetic", "cma.toml", "--repeats", 6, "--evaluations", 410)
     values = json.loads(gaitsim(*arguments, "--json", "--format", "svg").stdout)
     assert values["warning"] is None
     assert values["evaluations"] == 410
     spent = {label: one["evaluations"] for label, one in values["experiments"].items()}
-    assert spent == {"spider": 400, "cma": 405}
+    assert spent == {"spider-genetic": 400, "cma": 405}
     assert len(values["targets"]) == 51
     for one in values["experiments"].values():
         assert one["area_low"] <= one["area"] <= min(one["area_high"], one["targets_reached"])
@@ -114,7 +157,7 @@ def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path)
         assert max(one["area_high"], one["targets_reached"]) <= 1
     folder = tmp_path / values["folder"]
     rows = [line.split(",") for line in (folder / "results.csv").read_text().splitlines()[1:]]
-    assert [int(row[3]) for row in rows if row[:2] == ["spider", "1"]] == [200, 400]
+    assert [int(row[3]) for row in rows if row[:2] == ["spider-genetic", "1"]] == [200, 400]
     second = [int(row[3]) for row in rows if row[:2] == ["cma", "2"]]
     assert second[0] == 9
     assert second[-1] == 405

@@ -71,3 +71,14 @@ def test_best_scores_never_fall() -> None:
     best = list(evolve_repeats(experiment, partial(evaluate, experiment), 11))
     assert np.shape(best) == (6, 11)
     assert (np.diff(best, axis=0) >= 0).all()
+
+
+def test_a_part_of_independent_repeats_has_the_same_scores() -> None:
+    """Whatever else is evolved with it, in worlds that are drawn again, too."""
+    for worlds in ("worlds.number=0", "worlds.number=2"):
+        one = small("walker", "evolution.population=5", "organism.duration=1", worlds,
+                    "worlds.redraw=2")  # fmt: skip
+        assert not one.search.several
+        whole = list(evolve_repeats(one, partial(evaluate, one), 5))
+        part = list(evolve_repeats(one, partial(evaluate, one), 5, only=range(2, 4)))
+        np.testing.assert_array_equal(part, np.array(whole)[:, 2:4])

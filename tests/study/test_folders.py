@@ -23,7 +23,7 @@ name = "small"
 description = "a small one"
 experiments = ["millipede-random"]
 set = { "evolution.generations" = 4 }
-repeats = 6
+repeats = 20
 target = 2.0
 [axes]
 "evolution.population" = [5, 9]
@@ -99,8 +99,8 @@ class TestSections:
         ]
         (_, best), *_ = results(folder, study, cells(study))[0]
         last = best[:, -1]
-        # 2.570582 is the 97.5 % quantile of Student's t with five degrees of freedom.
-        half = 2.570582 * last.std(ddof=1) / np.sqrt(6)
+        # 2.093024 is the 97.5 % quantile of Student's t with 19 degrees of freedom.
+        half = 2.093024 * last.std(ddof=1) / np.sqrt(20)
         row = dict(zip(every.columns, every.rows[0], strict=True))
         assert row["generations"] == "4"
         assert row["mean ± 95 %"] == f"{last.mean():.4f} ± {half:.4f}"

@@ -59,11 +59,11 @@ def test_the_interval_of_a_success_rate_agrees_with_published_numbers() -> None:
 
 
 def test_the_interval_of_a_mean_without_skewness_is_that_of_student() -> None:
-    values = np.array([1.0, 2, 4, 6, 7, 4])
+    values = np.tile([1.0, 2, 4, 6, 7, 4], 4)
     expected = stats.ttest_1samp(values, 0).confidence_interval(0.95)
     assert mean_interval(values) == pytest.approx(tuple(expected))
-    assert np.isnan(mean_interval(values[:5])).all()
-    assert np.isnan(mean_interval([3.0] * 9)).all()
+    assert np.isnan(mean_interval(values[:19])).all()
+    assert np.isnan(mean_interval([3.0] * 29)).all()
 
 
 def test_the_interval_of_an_effect() -> None:
@@ -96,19 +96,18 @@ def test_the_interval_of_the_effect_of_disjoint_samples() -> None:
 def test_intervals_have_their_confidence_level(n: int) -> None:
     """Scores with two modes, and a second sample between them."""
     rng, sets = np.random.default_rng(1), 400
-    covered = np.zeros(3)
+    covered = np.zeros(2)
     for _ in range(sets):
         low = rng.random(n) < 0.4
         scores = np.where(low, rng.normal(2.2, 0.05, n), rng.normal(2.6, 0.03, n))
         ends = np.array(
             [
                 median_interval(scores),
-                mean_interval(scores),
                 effect_interval(scores, rng.normal(2.4, 0.01, n)),
             ]
         )
         # The median leaves 1/6 of the upper mode below it.
-        truth = 2.6 + 0.03 * stats.norm.ppf(1 / 6), 0.4 * 2.2 + 0.6 * 2.6, 0.6
+        truth = 2.6 + 0.03 * stats.norm.ppf(1 / 6), 0.6
         covered += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
     assert (covered >= 0.92 * sets).all()
 

@@ -206,7 +206,7 @@ def create_folder(
     with writing(wanted):
         wanted.parent.mkdir(parents=True, exist_ok=True)
         sweep(wanted.parent)
-        for taken in filter(is_folder, takewhile(os.path.lexists, _numbered_names(wanted))):
+        for taken in filter(is_folder, takewhile(os.path.lexists, numbered_names(wanted))):
             sweep(taken)
         with draft_folder(wanted.parent) as draft:
             for name in folders:
@@ -221,10 +221,11 @@ def create_folder(
 
 def free_name(wanted: Path) -> Path:
     """Return the first free name of a, a-2, a-3, …, which `create_run` would use."""
-    return next(path for path in _numbered_names(wanted) if not os.path.lexists(path))
+    return next(path for path in numbered_names(wanted) if not os.path.lexists(path))
 
 
-def _numbered_names(wanted: Path) -> Iterator[Path]:
+def numbered_names(wanted: Path) -> Iterator[Path]:
+    """Return the names of `free_name`: a, a-2, a-3, …"""
     others = (wanted.with_name(f"{wanted.name}-{number}") for number in count(2))
     return chain([wanted], others)
 

@@ -49,7 +49,8 @@ random populations.
   combination that reaches a target. A stopped study keeps its finished cells and can be
   **continued**.
 - A **comparison** compares experiments: medians with intervals, tests of each pair with effect
-  sizes, how often and how soon a target is reached. A stopped comparison keeps nothing.
+  sizes, how often and how soon a target is reached. A stopped comparison keeps its finished
+  repeats: starting it again continues it.
 
 Both run in the background. **Open** shows tables, intervals, tests and files.
 """
@@ -171,9 +172,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         elif task is not None and task.running:
             lines.append(Text(task.progress or "Preparing", "dim"))
         elif one.kind == "comparison" and one.state == "stopped":
-            lines.append(
-                Text("The comparison ended before it wrote its report; start it again.", "dim")
-            )
+            lines.append(Text("The comparison was stopped; start it again to continue it.", "dim"))
         lines.append(Text(f"Command: {visible(self.command_line())}", colours["secondary"]))
         panel.update(Text("\n").join(lines))
         self.refresh_bindings()
