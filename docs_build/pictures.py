@@ -77,7 +77,7 @@ def plots() -> None:
     last = fly.champion.generation
     _plot(fly.plot("channel", channel="altitude", generations=[1, 20, last]), "fly-altitude")
     _plot(gs.load("spider-front").plot("front"), "spider-front")
-    searches = gs.compare(["spider", "spider-genetic"], repeats=15, evaluations=5000)
+    searches = gs.compare(["spider", "spider-genetic"], repeats=30, evaluations=5000)
     _plot(searches.plot("ecdf"), "spider-ecdf")
 
 

@@ -241,7 +241,7 @@ class Findings:
             found.append(
                 f"{self.repeats} repeats are too few for confidence intervals, except those of "
                 f"success rates: with fewer than {LEAST}, even the range of all scores contains "
-                f"the median with less than {CONFIDENCE:.0%} confidence."
+                f"the median with less than {100 * CONFIDENCE:.0f} % confidence."
             )
         least = least_p(self.repeats, self.tests)
         if least >= 1 - CONFIDENCE:

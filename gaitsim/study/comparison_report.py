@@ -58,12 +58,12 @@ def methods(findings: Findings) -> str:
         "of evaluations until success with the same Mann–Whitney test and A12, in which all "
         "repeats without success tie after all others (Gehan 1965). The p-values of all "
         f"{findings.tests} tests, of scores, successes and times, were corrected together with "
-        f"Holm's procedure. Confidence intervals ({CONFIDENCE:.0%}) are those of order statistics "
-        "for medians, of Clopper and Pearson (1934) for success rates, of Student's t after "
-        "Hall's transformation (1992) for areas, and of DeLong et al. (1988) on the logit scale "
-        "for A12, or of Newcombe (2006, method 5) where the samples do not overlap. The interval "
-        "of an ERT combines those of the success rate and of the mean time of successes (Zou and "
-        f"Donner 2008). The intervals are not corrected for their number.{warning}"
+        f"Holm's procedure. {100 * CONFIDENCE:.0f} % confidence intervals are those of order "
+        "statistics for medians, of Clopper and Pearson (1934) for success rates, of Student's t "
+        "after Hall's transformation (1992) for areas, and of DeLong et al. (1988) on the logit "
+        "scale for A12, or of Newcombe (2006, method 5) where the samples do not overlap. The "
+        "interval of an ERT combines those of the success rate and of the mean time of successes "
+        f"(Zou and Donner 2008). The intervals are not corrected for their number.{warning}"
     )
 
 
