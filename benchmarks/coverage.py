@@ -43,6 +43,7 @@ PAIRS: dict[str, tuple[Draw, Draw]] = {
     "two modes, against scores between": (SCORES["two modes"], lambda n: rng.normal(2.4, 0.01, n)),
     "20 % failed, against normal": (SCORES["20 % failed"], SCORES["normal"]),
     "times, 60 and 30 % never": (lambda n: -_times(n, 0.4), lambda n: -_times(n, 0.7)),
+    "times, 90 % and all never": (lambda n: -_times(n, 0.1), lambda n: -_times(n, 0.0)),
 }
 RATES = 0.03, 0.1, 0.5, 0.9, 0.97
 BUDGET, FIRST = 10_000, 200  # evaluations of a repeat, and of its first generation

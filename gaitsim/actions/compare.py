@@ -184,7 +184,12 @@ class CompareExperiments(Action):
         lock = RunLock(folder)  # marks the folder as in use
         try:
             with interruptible():
-                findings = analyse(self._samples(loaded, kept, executor), budget, aims)
+                samples = self._samples(loaded, kept, executor)
+                try:
+                    findings = analyse(samples, budget, aims)
+                except GaitsimError:  # no repeat has a score, so nothing is worth keeping
+                    rmtree(kept)
+                    raise
                 _write(folder, findings, again, self.format)
         except BaseException as error:
             saved = any(kept.glob("*.npy"))

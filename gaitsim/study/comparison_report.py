@@ -15,7 +15,14 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.study.comparison import Findings
 from gaitsim.study.results import markdown, number
 from gaitsim.study.runtimes import DIGITS, target_text
-from gaitsim.study.statistics import CONFIDENCE, EXACT, LEAST_FOR_MEANS, PairTest, TargetTest
+from gaitsim.study.statistics import (
+    CONFIDENCE,
+    EXACT,
+    LEAST,
+    LEAST_FOR_MEANS,
+    PairTest,
+    TargetTest,
+)
 
 
 class Table(NamedTuple):
@@ -60,10 +67,10 @@ def methods(findings: Findings) -> str:
         f"{findings.tests} tests, of scores, successes and times, were corrected together with "
         f"Holm's procedure. {100 * CONFIDENCE:.0f} % confidence intervals are those of order "
         "statistics for medians, of Clopper and Pearson (1934) for success rates, of Student's t "
-        "after Hall's transformation (1992) for areas, and of DeLong et al. (1988) on the logit "
-        "scale for A12, or of Newcombe (2006, method 5) where the samples do not overlap. The "
-        "interval of an ERT combines those of the success rate and of the mean time of successes "
-        f"(Zou and Donner 2008). The intervals are not corrected for their number.{warning}"
+        "after Hall's transformation (1992) for areas, and, for A12, the wider of those of DeLong "
+        "et al. (1988) on the logit scale and of Newcombe (2006, method 5). The interval of an ERT "
+        "combines those of the success rate and of the mean time of successes (Zou and Donner "
+        f"2008). The intervals are not corrected for their number.{warning}"
     )
 
 
@@ -182,7 +189,7 @@ def tables(findings: Findings) -> list[Table]:
     # The warning is repeated below the effect sizes, which are misleading without it.
     caution = f"{findings.warning} " if findings.warning else ""
     few = ""
-    if findings.repeats < LEAST_FOR_MEANS:
+    if LEAST <= findings.repeats < LEAST_FOR_MEANS:
         few = f" Areas have no interval with fewer than {LEAST_FOR_MEANS} repeats."
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [

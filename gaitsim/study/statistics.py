@@ -354,11 +354,12 @@ def holm(p_values: Sequence[float]) -> list[float]:
 def effect_interval(first: ArrayLike, second: ArrayLike) -> Interval:
     """Return the confidence interval of A12 for two samples, (n,) and (m,).
 
-    The interval is symmetric on the logit scale, with the variance of DeLong, DeLong &
-    Clarke-Pearson (1988, "Comparing the areas under two or more correlated receiver operating
-    characteristic curves: a nonparametric approach"). If that variance is 0, such as for samples
-    that do not overlap, it is method 5 of Newcombe (2006, "Confidence intervals for an effect size
-    measure based on the Mann–Whitney statistic. Part 2"). There is none below `LEAST` values.
+    It is the wider of two intervals at each end. One is symmetric on the logit scale, with the
+    variance of DeLong, DeLong & Clarke-Pearson (1988, "Comparing the areas under two or more
+    correlated receiver operating characteristic curves: a nonparametric approach"), which suits
+    unequal spreads but is too small if almost all pairs tie or have the same order. The other is
+    method 5 of Newcombe (2006, "Confidence intervals for an effect size measure based on the
+    Mann–Whitney statistic. Part 2"). There is none below `LEAST` values.
     """
     from scipy.special import expit, logit, ndtri
 
@@ -370,10 +371,12 @@ def effect_interval(first: ArrayLike, second: ArrayLike) -> Interval:
     a12 = float(wins.mean())
     variance = wins.mean(axis=1).var(ddof=1) / n + wins.mean(axis=0).var(ddof=1) / m
     quantile = float(ndtri((1 + CONFIDENCE) / 2))
-    if variance == 0:
-        return _newcombe(a12, n, m, quantile)
-    reach = quantile * math.sqrt(variance) / (a12 * (1 - a12))
-    return float(expit(logit(a12) - reach)), float(expit(logit(a12) + reach))
+    low, high = _newcombe(a12, n, m, quantile)
+    if variance > 0:
+        reach = quantile * math.sqrt(variance) / (a12 * (1 - a12))
+        low = min(low, float(expit(logit(a12) - reach)))
+        high = max(high, float(expit(logit(a12) + reach)))
+    return low, high
 
 
 def _newcombe(a12: float, n: int, m: int, quantile: float) -> Interval:

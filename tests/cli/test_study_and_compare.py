@@ -74,6 +74,7 @@ def test_compare_writes_a_report_with_a_command_that_repeats_it(gaitsim, tmp_pat
     done = gaitsim("compare", "millipede-random", "millipede", *SHORT, "--targets", "-1,3.5")
     folder = tmp_path / "comparisons/millipede-random-against-millipede"
     assert "differs at 5 %" in done.stdout
+    assert "Areas have no interval with fewer than 20 repeats" in done.stdout
     for name in ("convergence.png", "ecdf.png"):
         assert (folder / name).stat().st_size > 10_000
     report = (folder / "report.md").read_text()
@@ -175,6 +176,7 @@ def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
     rank = ("compare", "walker", "walker-2", "--worlds", 11, "--workers", 1)
     said = gaitsim(*rank)
     assert "Differences of the worst tenths" in said.stdout
+    assert "Fewer than 100 worlds are too few for confidence intervals" in said.stdout
     assert "friction" in said.stderr
     found = json.loads(gaitsim(*rank, "--json").stdout)
     first, second = found["runs"]

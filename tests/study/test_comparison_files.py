@@ -76,13 +76,20 @@ def rate(successes) -> list[float]:
 
 
 def a12(one, other) -> list[float]:
-    """Return A12 and its interval on the logit scale, with the variance of DeLong et al."""
+    """Return A12 and its interval: the wider of DeLong's on the logit scale, and Newcombe's."""
     wins = np.greater.outer(one, other) + np.equal.outer(one, other) / 2
     variance = sum(np.var(wins.mean(axis), ddof=1) / wins.shape[1 - axis] for axis in (0, 1))
-    share = wins.mean()
-    reach = stats.norm.ppf(0.975) * math.sqrt(variance) / share / (1 - share)
+    share, z = wins.mean(), stats.norm.ppf(0.975)
+    reach = z * math.sqrt(variance) / share / (1 - share)
     middle = math.log(share / (1 - share))
-    return [share, *(1 / (1 + math.exp(-middle - part)) for part in (-reach, reach))]
+    ends = [1 / (1 + math.exp(-middle - part)) for part in (-reach, reach)]
+
+    def excess(a: float) -> float:
+        factor = 1 + (REPEATS - 1) * ((1 - a) / (2 - a) + a / (1 + a))
+        return (a - share) ** 2 - z**2 * a * (1 - a) * factor / REPEATS**2
+
+    newcombe = brentq(excess, 0, share), brentq(excess, share, 1)
+    return [share, min(ends[0], newcombe[0]), max(ends[1], newcombe[1])]
 
 
 def test_the_scores_follow_from_the_files(found, tables, runs) -> None:

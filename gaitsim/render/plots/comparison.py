@@ -24,10 +24,13 @@ Values = NDArray[np.float64]
 
 def convergence_figure(findings: Findings, theme: Theme = LIGHT) -> "Figure":
     """Draw the median best scores so far, with bands from the lower to the upper quartile."""
+    bests = np.concatenate([one.best.ravel() for one in findings.samples.values()])
+    lowest = bests[np.isfinite(bests)].min()
 
     def draw(axes: "Axes", label: str, index: int) -> None:
         sample, style = findings.samples[label], theme.line(index)
         low, middle, high = finite_or_nan(quantiles(sample.best, [0.25, 0.5, 0.75]))
+        low = np.where(np.isnan(low), lowest, low)  # failed repeats are below the plot
         at = np.append(sample.evaluations, findings.evaluations)
         axes.fill_between(
             at,
