@@ -313,11 +313,12 @@ def shared(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_functions_and_objects_give_the_same_bits_in_worker_processes(shared: None) -> None:
     weights, process = np.arange(1.0, 4.0), os.getpid()
+    data = np.ones((2**16, 3))  # 1.5 MB, which workers read from a file
 
     def weighted(genomes: Genomes) -> Array:
         if len(genomes) > 1 and os.getpid() == process:  # the first individual is timed here
             raise ValueError("not in a worker")
-        return -(weights * genomes**2).sum(axis=1)
+        return -(data[0] * weights * genomes**2).sum(axis=1)
 
     def one(genomes: Genomes) -> Array:
         return -(weights * genomes**2).sum(axis=1)

@@ -85,7 +85,7 @@ class Evaluator:
         if remote := cluster or self._processes:
             self._scheduler = Scheduler(self._threads, remote, self._requested, on_warning)
             self._task_scheduler = Scheduler(self._threads, remote, self._requested)
-        self._serialized = SerializedExperiment(experiment)
+        self._serialized = SerializedExperiment(experiment, remote=cluster is not None)
         # A genome with its generation and evaluation in this process, to compare with a worker's.
         self._unchecked: tuple[Genomes, int, Evaluation] | None = None
 
