@@ -444,6 +444,11 @@ def test_objectives_are_returned_in_any_form() -> None:
         run_to_end(gs.evolve(body=trade, space=SPACE))
 
 
+def measured(genomes: Genomes) -> dict[str, Array]:
+    """Return scores with two measures."""
+    return {"score": sphere(genomes), "a": genomes[:, 0], "b": genomes[:, 1]}
+
+
 @pytest.mark.parametrize(
     ("options", "score"),
     [
@@ -451,6 +456,13 @@ def test_objectives_are_returned_in_any_form() -> None:
         ({"set": {"search.plugin": "differential-evolution"}, "population": 9}, sphere),
         ({"objectives": ("min", "max"), "population": 8}, trade),
         ({"experiment": "spider", "population": 10}, sphere),
+        (
+            {
+                "set": {"search.plugin": "map-elites", "search.axes": {"a": [-5, 5], "b": [-5, 5]}},
+                "population": 8,
+            },
+            measured,
+        ),
     ],
 )
 def test_an_optimiser_gives_the_same_bits_as_evolve(options: Any, score: Any) -> None:
