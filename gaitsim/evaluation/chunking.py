@@ -208,7 +208,9 @@ class Scheduler:
         plan = best_plan(individuals, self.remote.workers, self.cost_model, overhead)
         return plan if plan.seconds <= GAIN * self.local_seconds(individuals) else None
 
-    def time_batches(self, seconds: Callable[[int], float], individuals: int) -> None:
+    def time_batches(
+        self, seconds: Callable[[int], float], individuals: int, parts: int = 8
+    ) -> None:
         """Measure before the first population whether many individuals take longer than one.
 
         The time of one individual is not enough: a body that moves whole arrays may take the same
@@ -219,14 +221,15 @@ class Scheduler:
         Args:
             seconds: function that evaluates a number of individuals in this process and returns
                 the time it took.
-            individuals: size of the first population; a batch is at most an eighth of it.
+            individuals: size of the first population.
+            parts: a batch is at most this part of the population, such as an eighth.
         """
         first = seconds(1)
         self.cost_model.learn(1, first)
         if individuals * first < STARTUP:
             return  # this process finishes before workers could start
         batch, taken = 1, first
-        for batch in (size for size in BATCHES if 8 * size <= individuals):
+        for batch in (size for size in BATCHES if parts * size <= individuals):
             taken = seconds(batch)
             if taken >= max(2 * first, RELIABLE):
                 break

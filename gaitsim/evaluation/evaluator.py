@@ -158,7 +158,7 @@ class Evaluator:
             )
             return time.perf_counter() - start
 
-        scheduler.time_batches(seconds, len(genomes))
+        scheduler.time_batches(seconds, len(genomes), parts=3)
         self._unchecked = genomes[:1], generation, parts[0]
         rest = genomes[sum(len(part.scores) for part in parts) :]
         parts += [self._evaluate(rest, generation)] if len(rest) else []

@@ -124,7 +124,7 @@ def test_workers_start_once_they_would_have_saved_time():
     assert scheduler(1.0, 1.0, requested=False).chunks(100) > 1  # at once, as it is so much
 
 
-def batches(first, more, individuals, slow=()):
+def batches(first, more, individuals, slow=(), **options):
     """A scheduler that timed batches, and their sizes; those in `slow` took twice as long."""
     made, sizes = Scheduler(1, Workers(2), requested=True), []
 
@@ -133,7 +133,7 @@ def batches(first, more, individuals, slow=()):
         return (first + (size - 1) * more) * (2 if size in slow else 1)
 
     made.overhead = FAST
-    made.time_batches(seconds, individuals)
+    made.time_batches(seconds, individuals, **options)
     return made, sizes
 
 
@@ -152,6 +152,12 @@ def test_a_body_that_loops_is_shared_after_a_small_batch(first, more, individual
     made, timed = batches(first, more, individuals)
     assert timed == sizes
     assert (made.chunks(individuals) > 1) == (len(sizes) > 1)
+
+
+def test_batches_that_belong_to_the_population_are_a_larger_part_of_it():
+    made, timed = batches(1.0, 1.0, 10, parts=3)
+    assert timed == [1, 3]
+    assert made.chunks(6) > 1
 
 
 @pytest.mark.parametrize("first", [0.009, 0.05, 0.3, 1.5])
