@@ -79,7 +79,8 @@ def compare(
     Args:
         experiments: two or more names of presets, paths of TOML files or robot files, or
             experiments.
-        repeats: repeats of each experiment, at least 2, as intervals and tests need two.
+        repeats: repeats of each experiment, at least 2. Intervals of medians, running times and
+            effect sizes need 6, those of areas 20.
         evaluations: evaluations per repeat; None for the number in the shortest experiment.
         targets: scores to reach, for the ECDF, the expected running times and their tests. ()
             uses 51 equally spaced targets for the ECDF, and the quartiles of the scores of all
@@ -89,7 +90,7 @@ def compare(
 
     Raises:
         ExperimentError: an experiment has problems.
-        GaitsimError: an argument is invalid, or a repeat has no score.
+        GaitsimError: an argument is invalid, or no repeat has a score.
     """
     check_workers(workers)
     _check_count("repeats", repeats, 2)

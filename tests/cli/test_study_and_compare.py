@@ -3,6 +3,7 @@ import signal
 
 import pytest
 
+from gaitsim.actions.compare import CompareExperiments
 from gaitsim.study import running
 
 STUDY = """
@@ -110,6 +111,10 @@ def test_a_stopped_comparison_continues_with_the_same_command(gaitsim, tmp_path,
         "finished repeats are saved. Continue with: gaitsim compare spider spider-genetic" in said
     )
     assert [path.name for path in (folder / "repeats-5").iterdir()] == written
+    # The terminal UI continues it, too.
+    names = ("spider", "spider-genetic")
+    same = CompareExperiments(experiments=names, repeats=5, population=10, generations=3)
+    assert tmp_path / same.free_folder() == folder
     # Another number of repeats or other options are another comparison.
     written[:] = [""]
     for other in (("--repeats", 6), ("--set", "seed=3")):
