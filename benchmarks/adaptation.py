@@ -77,11 +77,15 @@ def evolve_from_scratch(legs: Sequence[str], seed: int) -> list[float]:
         Forward distance of the champion after each number of evaluations in `EVALUATIONS`, m.
     """
     damage = [f"{leg} lost" for leg in legs]
-    given = {"organism.symmetry": "none", "organism.damage": damage, "evolution.population": 30}
+    given = {
+        "search.start": "random",
+        "organism.symmetry": "none",
+        "organism.damage": damage,
+        "evolution.population": 30,
+    }
     found: list[float] = []
-    with gs.evolve(
-        "spider-cma", seed=seed, generations=EVALUATIONS[-1] // 30 + 1, set=given
-    ) as search:
+    generations = EVALUATIONS[-1] // 30 + 1
+    with gs.evolve("spider", seed=seed, generations=generations, set=given) as search:
         for generation in search:
             if generation.number * 30 >= EVALUATIONS[len(found)]:
                 found.append(play_on_twin(search.champion).measures["forward"])

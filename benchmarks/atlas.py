@@ -53,6 +53,7 @@ def atlas(
             "fitness.drift_weight": 0.0,
             "fitness.yaw_weight": 0.0,
             "search.plugin": "map-elites",
+            "search.start": "random",
             "search.axes": {f"duty factor {leg}": [0.0, 1.0] for leg in legs},
             "search.cells": cells,
             "search.offset": OFFSET,

@@ -16,7 +16,7 @@ BUDGET = 0.020  # seconds
 def main() -> None:
     """Print the figures."""
     print_machine()
-    experiment = load_experiment("fly", {"organism.trials": 1})
+    experiment = load_experiment("fly-genetic", {"organism.trials": 1})
     genomes = first_population(experiment)
     flown = 100 * 3.0
     with Evaluator(experiment) as every, Evaluator(experiment, 1) as one:

@@ -1,9 +1,10 @@
 """Scores of islands and of one population after the same number of evaluations, over repeats.
 
-    python benchmarks/islands.py [BODY] [REPEATS] [SEED]
+    python benchmarks/islands.py [PRESET] [REPEATS] [SEED]
 
-The four searches differ only in how the individuals are divided into populations, and for the fly
-in the number of elites. p is the p-value of a Mann-Whitney test against one population.
+The four searches begin with random genomes. They differ only in how the individuals are divided
+into populations, and for the fly in the number of elites. p is the p-value of a Mann-Whitney test
+against one population.
 """
 
 import sys
@@ -17,7 +18,7 @@ from gaitsim.experiment import load_experiment
 
 ISLANDS = 4
 # Individuals, generations, elites of one population, elites of each island.
-BUDGETS = {"spider": (200, 150, 2, 2), "fly": (100, 60, 4, 1)}
+BUDGETS = {"spider-genetic": (200, 150, 2, 2), "fly-genetic": (100, 60, 4, 1)}
 SEARCHES = {
     "one population": {},
     "isolated": {"islands.number": ISLANDS, "islands.migrants": 0},
@@ -26,16 +27,17 @@ SEARCHES = {
 }
 
 
-def final_scores(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
+def final_scores(preset: str, search: str, repeats: int, seed: int) -> np.ndarray:
     """Return the best score of each repeat in the last generation, (repeats,)."""
-    individuals, generations, *elites = BUDGETS[body]
+    individuals, generations, *elites = BUDGETS[preset]
     populations = ISLANDS if SEARCHES[search] else 1
     experiment = load_experiment(
-        body,
+        preset,
         {
             "seed": seed,
             "evolution.generations": generations,
             "evolution.population": individuals // populations,
+            "search.start": "random",
             "search.elites": elites[populations > 1],
             **SEARCHES[search],
         },
@@ -47,15 +49,17 @@ def final_scores(body: str, search: str, repeats: int, seed: int) -> np.ndarray:
 
 def main() -> None:
     """Print a line for each search."""
-    bodies = sys.argv[1:2] or [*BUDGETS]
+    presets = sys.argv[1:2] or [*BUDGETS]
     repeats, seed = (int(text) for text in [*sys.argv[2:4], "12", "0"][:2])
-    for body in bodies:
-        individuals, generations, *_ = BUDGETS[body]
-        print(f"{body}: {individuals * generations:,} evaluations, {repeats} repeats, seed {seed}")
+    for preset in presets:
+        individuals, generations, *_ = BUDGETS[preset]
+        print(
+            f"{preset}: {individuals * generations:,} evaluations, {repeats} repeats, seed {seed}"
+        )
         print(f"{'':<16}{'median':>8}{'quartiles':>18}{'worst':>8}{'best':>8}{'p':>8}")
         first: np.ndarray | None = None
         for search in SEARCHES:
-            best = final_scores(body, search, repeats, seed)
+            best = final_scores(preset, search, repeats, seed)
             first = best if first is None else first
             low, middle, high = np.quantile(best, [0.25, 0.5, 0.75])
             p = f"{mannwhitneyu(first, best).pvalue:8.3f}" if best is not first else ""

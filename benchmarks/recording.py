@@ -1,4 +1,4 @@
-"""The time to record a generation of the default spider, and to save gathered generations."""
+"""The time to record a generation of spider-genetic, and to save gathered generations."""
 
 import os
 import statistics
@@ -37,7 +37,7 @@ def main() -> None:
     """Print the figures."""
     print_machine()
     options = {"evolution.generations": GENERATIONS, "evolution.fitness_threshold": "none"}
-    experiment = load_experiment("spider", options)
+    experiment = load_experiment("spider-genetic", options)
     generations = list(evolve(experiment, partial(evaluate, experiment)))
     sync = os.fsync = CountedSync()
     writing.PERIOD = 1e9  # saved by this script

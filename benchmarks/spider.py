@@ -1,4 +1,4 @@
-"""One generation of the presets spider, 200 × 300 frames, and spider-recurrence, 100 × 300.
+"""One generation of the presets spider-genetic, 200 × 300 frames, and spider-recurrence, 100 × 300.
 
 Both are compared with the machine's peak arithmetic speed. spider-recurrence is also compared with
 the published MATLAB run of the same scheme, with the same kernels called for one spider at a time,
@@ -147,17 +147,19 @@ def main() -> None:
     print_figure(
         "peak speed of the machine", f"{speed / 1e9:.0f} G/s", "fused multiply-add, cached"
     )
-    print("\nspider: 200 spiders, eight terms")
+    print("\nspider-genetic: 200 spiders, eight terms")
     print_default(speed)
     print("\nspider-recurrence: 100 spiders, seven terms")
     print_recurrence(full, speed)
 
 
 def print_default(speed: float) -> None:
-    """Print the evaluation time of the preset spider, with all cores and with one."""
-    experiment = load_experiment("spider", {"evolution.generations": 300})
+    """Print the evaluation time of the preset spider-genetic, with all cores and with one."""
+    experiment = load_experiment("spider-genetic", {"evolution.generations": 300})
     genomes = first_population(experiment)
-    print_budget("compiling, first run only", compile_seconds("spider"), COMPILING, milliseconds)
+    print_budget(
+        "compiling, first run only", compile_seconds("spider-genetic"), COMPILING, milliseconds
+    )
     with Evaluator(experiment) as all_cores, Evaluator(experiment, workers=1) as one_core:
         all_cores.prepare()
         whole, alone = medians(

@@ -196,7 +196,7 @@ def response_times(folder: Path, run: Path, count: int) -> list[float]:
 def main() -> None:
     """Print the figures."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--preset", default="spider")
+    parser.add_argument("--preset", default="spider-genetic")
     parser.add_argument("--generations", type=int, default=1000)
     parser.add_argument("--runs", type=int, default=200)
     parser.add_argument("--rounds", type=int, default=3)

@@ -13,7 +13,7 @@ HEAD = """# Plugins and their options
 
 This page is generated from the plugins in the gaitsim package; `gaitsim plugins show NAME` prints
 the same text. Set an option in the section of the experiment file that is named after the plugin's
-kind, or with `--set`, as in `--set mutation.rate=0.1`.
+kind, or with `--set`, as in `--set search.restarts=bipop`.
 """
 TITLES = {
     "organism": "Bodies",

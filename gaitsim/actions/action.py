@@ -88,7 +88,7 @@ GENERATIONS: int | None = option(None, "number of generations")
 POPULATION: int | None = option(None, "number of individuals per generation")
 SET: Names | None = option(
     None,
-    "set an option of the experiment, such as mutation.rate=0.1",
+    "set an option of the experiment, such as fitness.yaw_weight=8",
     placeholder="KEY=VALUE",
     flag="--set",
 )

@@ -25,7 +25,7 @@ class Attach(OneRun):
 
     [bold]Examples[/bold]
 
-    gaitsim run spider --detach --out runs/night
+    gaitsim run spider-genetic --detach --out runs/night
 
     gaitsim attach night
 
@@ -64,7 +64,7 @@ class Stop(Action):
 
     [bold]Examples[/bold]
 
-    gaitsim run spider --detach --out runs/night
+    gaitsim run spider-genetic --detach --out runs/night
 
     gaitsim stop night
 

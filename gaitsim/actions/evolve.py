@@ -109,11 +109,11 @@ class EvolveRun(EvolveNew):
 
     gaitsim run my_robot.urdf
 
-    gaitsim run spider --from runs/spider --set fitness.yaw_weight=4
+    gaitsim run spider --from runs/spider --set fitness.yaw_weight=8
 
     gaitsim run spider --from spider@120
 
-    gaitsim run spider --from runs/spider/champions/generation-000012.pickle
+    gaitsim run spider --from runs/spider/champions/generation-000014.pickle
 
     gaitsim run --from gaitsim1-8gAAAGNl… --seed 4
 
@@ -238,11 +238,11 @@ class Resume(Evolve):
 
     gaitsim resume spider
 
-    gaitsim resume spider --generations 1500
+    gaitsim resume spider --generations 300
 
-    gaitsim resume spider --set mutation.rate=0.01 --generations 2000
+    gaitsim resume spider --set fitness.yaw_weight=8 --generations 300
 
-    gaitsim resume spider --set fitness.plugin=spider-classic --generations 2500
+    gaitsim resume spider --set fitness.plugin=spider-classic --generations 400
 
     gaitsim resume spider --detach
     """

@@ -16,6 +16,7 @@ from gaitsim.console.printing import notice, output, print_facts, print_json, pr
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.registry import KINDS, PRODUCTS, entries, find, load_class, unreadable
+from gaitsim.registry.options import OPERATORS
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Organism
@@ -231,11 +232,12 @@ class NewPlugin(Action):
         console = output()
         console.print(f"{folder}: created a package for the {kind} {plugin!r}")
         console.print("\nNext:")
+        preset = "spider-genetic" if kind in OPERATORS else "spider"
         trial = {
             "organism": f"gaitsim run {plugin}",
             "plot": f"gaitsim plot spider --kind {plugin}",
             "exporter": f"gaitsim export spider --format {plugin}",
-        }.get(kind, f"gaitsim run spider --set {kind}.plugin={plugin}")
+        }.get(kind, f"gaitsim run {preset} --set {kind}.plugin={plugin}")
         for command, what in (
             (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "check its contract"),
             (

@@ -176,7 +176,7 @@ class Fork(OneRun):
 
     gaitsim fork spider
 
-    gaitsim fork spider --out runs/bold --set mutation.rate=0.2 --generations 1500
+    gaitsim fork spider --out runs/straight --set fitness.yaw_weight=8 --generations 300
     """
 
     out: Path | None = option(

@@ -154,7 +154,7 @@ def _sentence(detail: Any) -> str:
 
 HEAD = ("schema", "name", "description", "seed")
 SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, CONSTRAINTS, *KINDS)
-_EXAMPLE = "SECTION.OPTION=VALUE, such as mutation.rate=0.1"
+_EXAMPLE = "SECTION.OPTION=VALUE, such as fitness.yaw_weight=8"
 
 
 def parse_assignments(texts: Iterable[str]) -> dict[str, Typed]:

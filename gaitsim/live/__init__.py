@@ -16,7 +16,7 @@ Commands:
     {"do": "pause"}                                    pause after the current generation
     {"do": "go"}                                       continue after a pause
     {"do": "step"}                                     evolve one generation, then pause
-    {"do": "set", "values": {"mutation.rate": 0.1}}    change options between two generations, as
+    {"do": "set", "values": {"fitness.yaw_weight": 8}} change options between two generations, as
                                                        a stage; "typed" instead of "values" holds
                                                        strings in the syntax of --set
     {"do": "stop"}                                     save and stop after the current generation

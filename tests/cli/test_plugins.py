@@ -127,5 +127,5 @@ def test_an_invalid_time_limit_is_rejected(gaitsim, seconds):
 
 def test_the_next_commands_suit_the_kind(gaitsim):
     said = gaitsim("plugins", "new", "gaitsim-calm", "--kind", "mutation").stdout
-    assert "gaitsim run spider --set mutation.plugin=calm" in said
+    assert "gaitsim run spider-genetic --set mutation.plugin=calm" in said
     assert "gaitsim-calm/src/gaitsim_calm/__init__.py" in said

@@ -218,7 +218,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             if self._fork:
                 yield Label("folder of the copy; the original run is not changed")
                 yield self._folder
-            yield Label("changes that start with the next generation, such as mutation.rate=0.1")
+            yield Label("changes that start with the next generation, such as fitness.yaw_weight=8")
             yield self._input
             yield self._options
             with VerticalScroll(id="change-about", can_focus=False):
