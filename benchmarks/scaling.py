@@ -48,7 +48,7 @@ def individual_seconds(experiment: Experiment, count: int = 60) -> NDArray[np.fl
 def recording_seconds(population: int) -> float:
     """Return the seconds to breed and record a generation of walkers, without evaluation."""
     experiment = load_experiment(
-        "walker-genetic", {"evolution.population": population, "evolution.generations": 3}
+        "walker", {"evolution.population": population, "evolution.generations": 3}
     )
     evaluation = evaluate(experiment, first_population(experiment)[:1])
 
@@ -119,7 +119,7 @@ def main() -> None:
     print_machine()
     overhead = Overhead(given.latency / 1e3, given.task / 1e3) if given.task else measure_dask()
     overhead = Overhead(overhead.latency + given.round_trip / 1e3, overhead.task)
-    each = individual_seconds(load_experiment("walker-genetic"))
+    each = individual_seconds(load_experiment("walker"))
     mean, spread = each.mean(), each.std() / each.mean()
     print(f"an individual of the walker: {milliseconds(mean)}, standard deviation {spread:.0%}")
     print(

@@ -53,7 +53,7 @@ def command_lines() -> list[tuple[str, ...]]:
 
 def create_runs(folder: Path) -> None:
     """Create the folders `one` and `many` with 1 and 200 short runs of the walker."""
-    experiment = load_experiment("walker-genetic", {"evolution.generations": 20})
+    experiment = load_experiment("walker", {"evolution.generations": 20})
     path = create_run(experiment, folder / "one/runs/walker")
     with RunWriter.open(path) as writer:
         for _ in writer.evolve(partial(evaluate, writer.experiment)):

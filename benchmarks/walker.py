@@ -20,7 +20,7 @@ COUNT = 20
 def main() -> None:
     """Print the figures."""
     print_machine()
-    for preset in ("walker-genetic", "walker-four"):
+    for preset in ("walker", "walker-four"):
         print_speed(preset)
     print_lower_bound(Walker(legs=4))
 

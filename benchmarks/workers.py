@@ -199,11 +199,11 @@ def main() -> None:
         for kind, overhead in overheads.items():
             beside = f"and {milliseconds(overhead.latency)} per population"
             print_figure(f"{kind}: an empty task", milliseconds(overhead.task), beside)
-        for name in ("walker-genetic", "spider-recurrence"):
+        for name in ("walker", "spider-recurrence"):
             print_chunks(name, executors, overheads)
         print()
-        print_gain("walker-genetic", 1, 30)
-        print_gain("walker-genetic", 26, 10)
+        print_gain("walker", 1, 30)
+        print_gain("walker", 26, 10)
         print_function(10, 20)
         print_function(100, 8)
         if "Dask" in executors:

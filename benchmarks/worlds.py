@@ -35,8 +35,8 @@ OVER_WORLDS: dict[str, tuple[str, dict[str, Any]]] = {
     "quadruped": ("quadruped-worlds", {}),
     "hexapod": ("hexapod-worlds", {}),
     "walker-four": ("walker-worlds", {}),
-    "walker-genetic": (  # two legs: has no preset over worlds, as it falls in most worlds
-        "walker-genetic",
+    "walker": (  # two legs: has no preset over worlds, as it falls in most worlds
+        "walker",
         {"worlds.number": 3, "worlds.ranges": {name: [*ends] for name, ends in RANGES.items()}},
     ),
 }

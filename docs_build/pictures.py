@@ -45,15 +45,16 @@ def evolve() -> None:
 
 RANDOM = {"search.start": "random"}
 RUNS: tuple[tuple[str, str, int, dict[str, object]], ...] = (
+    *((f"spider-{seed}", "spider", seed, {}) for seed in (2, 3, 4, 5)),
+    ("spider-random", "spider", 0, RANDOM),
+    *((f"spider-random-{seed}", "spider", seed, RANDOM) for seed in (2, 3, 4, 5)),
+    # The home screen shows the latest runs.
     ("spider", "spider", 0, {}),
     ("fly", "fly", 3, {}),
     ("millipede", "millipede", 1, {}),
     ("walker", "walker", 0, {}),
     ("spider-front", "spider-front", 0, {}),
     ("quadruped", "quadruped", 0, {"evolution.generations": 50}),
-    *((f"spider-{seed}", "spider", seed, {}) for seed in (2, 3, 4, 5)),
-    ("spider-random", "spider", 0, RANDOM),
-    *((f"spider-random-{seed}", "spider", seed, RANDOM) for seed in (2, 3, 4, 5)),
 )
 LIVE = Path("runs/spider-1")
 
@@ -116,7 +117,7 @@ def bodies() -> None:
     champion = gs.load("spider").champion.generation
     several = Video(
         RunSnapshot(Path("runs/spider")),
-        (1, 20, champion),
+        (1, 10, champion),
         RenderSettings(size=(960, 480), intro=False),
     )
     _write_with_palette(
@@ -161,8 +162,10 @@ def screens() -> None:
         screen = Live(LIVE, resume=True)
         app.push_screen(screen)
         async with asyncio.timeout(120):
-            while not screen.is_mounted or screen.snapshot.generation < 100:
+            while not screen.is_mounted or screen.snapshot.generation < 75:
                 await asyncio.sleep(0.1)
+        await press("space")
+        await asyncio.sleep(2)  # until the panels show the last of these quick generations
         _screenshot(app, "tui-live")
         await press("s")
         async with asyncio.timeout(60):

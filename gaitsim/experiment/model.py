@@ -200,7 +200,7 @@ class Evolution(BaseModel):
         100, "number of individuals in each generation, on each island", ge=2, le=1_000_000
     )
     generations: int = option(
-        300, "number of generations, including the random first one", ge=1, le=MOST_GENERATIONS
+        300, "number of generations, including the first", ge=1, le=MOST_GENERATIONS
     )
     target_score: float | None = option(None, "stop once the best score reaches this value")
     max_evaluations: int | None = option(
