@@ -4,7 +4,7 @@ As recommended by Arcuri & Briand (2011, "A practical guide for using statistica
 randomized algorithms in software engineering"): medians with confidence intervals, rank tests
 with a correction for multiple comparisons, and an effect size that does not assume normality.
 
-`benchmarks/coverage.py` simulates how often each interval contains the true value. With few
+`benchmarks/intervals.py` simulates how often each interval contains the true value. With few
 repeats, no method reaches the nominal level, so no interval is given.
 """
 
