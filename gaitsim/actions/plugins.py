@@ -48,10 +48,11 @@ class ListPlugins(Action):
 
 
 class ShowPlugin(Action):
-    """Show a plugin's options and, for a body, its channels, conditions and start points.
+    """Show a plugin's options and, for a body, its channels and conditions.
 
     A channel is a named array of the body's motion, such as joint_angles. A condition is a property
-    of its world, such as friction; --world and --worlds change conditions.
+    of its world, such as friction; --world and --worlds change conditions. Start points are genomes
+    around which searches begin.
 
     [bold]Examples[/bold]
 
