@@ -176,7 +176,7 @@ class Fork(OneRun):
 
     gaitsim fork spider
 
-    gaitsim fork spider --out runs/straight --set fitness.yaw_weight=8 --generations 300
+    gaitsim fork spider --set fitness.yaw_weight=8 --generations 300
     """
 
     out: Path | None = option(
