@@ -240,9 +240,9 @@ class Resume(Evolve):
 
     gaitsim resume spider --generations 300
 
-    gaitsim resume spider --set fitness.yaw_weight=8 --generations 300
+    gaitsim resume spider --set fitness.yaw_weight=8 --generations 400
 
-    gaitsim resume spider --set fitness.plugin=spider-classic --generations 400
+    gaitsim resume spider --set fitness.plugin=spider-classic --generations 500
 
     gaitsim resume spider --detach
     """

@@ -30,7 +30,7 @@ class Export(Action):
 
     gaitsim export spider --damage "R1 femur stuck 20"
 
-    gaitsim export spider --format html --generations 1,50,300
+    gaitsim export spider --format html --generations 1,10,150
 
     gaitsim export spider --format servo --centre 90 --keyframe-ms 100
 

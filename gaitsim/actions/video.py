@@ -35,7 +35,7 @@ class MakeVideo(SeveralIndividuals):
 
     gaitsim video spider
 
-    gaitsim video spider --generations 1,50,300 --view side
+    gaitsim video spider --generations 1,10,150 --view side
 
     gaitsim video spider --damage "L2 lost"
 

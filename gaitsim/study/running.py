@@ -1,4 +1,4 @@
-"""Run a study cell by cell, and a comparison part by part; both resume with what is missing.
+"""Run a study cell by cell, and a comparison part by part; both resume with the missing results.
 
 Results are stored under keys: hashes of everything that a result depends on.
 """

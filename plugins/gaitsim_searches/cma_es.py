@@ -17,7 +17,7 @@ MARGIN = 0.025
 """Distance from a bound, in widths, within which the fold is a parabola."""
 
 REDRAWS = 3
-"""Number of times that a sample beyond the bounds is drawn again.
+"""Number of times that a sample beyond the bounds is redrawn.
 
 The distribution learns wrong directions from samples mirrored at the bounds. More draws would keep
 the mean away from optima on the bounds. With 3, the area under the ECDF on BBOB with 10 genes was

@@ -30,7 +30,7 @@ FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE
 NOT_RUN = {
     r"^(?!(\w+=\w+ )?gaitsim \w)": "another program: sets something up, or has a test of its own",
     r"tcp://host:8786": "needs a cluster",
-    r"champions/generation-000012": "a file of a run with all its individuals",
+    r"champions/generation-0000": "a file of a run with all its individuals",
     r"attach .* > ": "ends with the run; without a file it is begun",
     r" --root \.\./": "needs the folder of a robot's meshes",
     r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",
@@ -59,7 +59,9 @@ EXTRAS = {
 
 LONG = {
     "spider": {"population": 4},
+    "spider-genetic": {"population": 4},
     "fly": {"population": 6},
+    "fly-genetic": {"population": 6},
     "spider-front": {"population": 8},
     "spider-atlas": {"population": 20, "generations": 300},
     "walker-four": {"population": 4, "generations": 2},
@@ -69,9 +71,9 @@ LONG = {
 presets that take long for each individual."""
 
 SHORTER = {
-    "gaitsim resume fly --generations 1000": "gaitsim resume fly --generations 205",
-    "gaitsim resume fly --set organism.duration=30 --generations 250": (
-        "gaitsim resume fly --set organism.duration=30 --generations 205"
+    "gaitsim resume fly-genetic --generations 1000": "gaitsim resume fly-genetic --generations 205",
+    "gaitsim resume fly --set organism.duration=30 --generations 450": (
+        "gaitsim resume fly --set organism.duration=30 --generations 405"
     ),
     "gaitsim run my_robot.urdf --generations 30": "gaitsim run my_robot.urdf --generations 3",
 }

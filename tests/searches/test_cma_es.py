@@ -226,7 +226,7 @@ def test_without_restarts_convergence_ends_the_run_or_not():
     assert "deviations" in reasons[first] or "range" in reasons[first]
     assert not any(continuing.finished(state) for state in states)
     assert not any(state["restarts"] for state in states)
-    # Equal scores are no reason once the scores are new.
+    # Equal scores are not a reason once the scores are new.
     again = stopping.rescored(states[first], Results(np.empty((0, 2)), np.empty(0)), _context(2))
     assert stopping.finished(again) == ""
 

@@ -67,7 +67,7 @@ def test_the_interval_of_a_mean_without_skewness_is_that_of_student() -> None:
 
 
 def test_the_interval_of_an_effect() -> None:
-    """With unequal spreads, the variance is that of Brunner and Munzel's statistic."""
+    """Check the variance with unequal spreads against Brunner and Munzel's statistic."""
     rng = np.random.default_rng(5)
     one, other = rng.normal(0.5, 1, 12), rng.normal(0, 4, 15)
     low, high = effect_interval(one, other)
