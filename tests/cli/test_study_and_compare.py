@@ -158,9 +158,8 @@ def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path)
     assert spent == {"spider-genetic": 400, "cma": 405}
     assert len(values["targets"]) == 51
     for one in values["experiments"].values():
-        assert one["area_low"] <= one["area"] <= min(one["area_high"], one["targets_reached"])
-        # The better of the two repeats may have a larger area than their mean share of targets.
-        assert max(one["area_high"], one["targets_reached"]) <= 1
+        assert one["area_low"] is one["area_high"] is None  # of fewer than 20 repeats
+        assert 0 <= one["area"] <= one["targets_reached"] <= 1
     folder = tmp_path / values["folder"]
     rows = [line.split(",") for line in (folder / "results.csv").read_text().splitlines()[1:]]
     assert [int(row[3]) for row in rows if row[:2] == ["spider-genetic", "1"]] == [200, 400]

@@ -86,7 +86,13 @@ def test_without_weights_the_score_is_the_distance():
 @pytest.mark.parametrize("preset", ["walker", "walker-four", "walker-rough"])
 def test_presets_evolve(preset):
     experiment = load_experiment(
-        preset, {"evolution.generations": 3, "evolution.population": 12, "organism.duration": 2}
+        preset,
+        {
+            "evolution.generations": 3,
+            "evolution.population": 12,
+            "organism.duration": 2,
+            "search.start": "random",
+        },
     )
     with Evaluator(experiment, 1) as evaluator:
         scores = [generation.scores.max() for generation in evolve(experiment, evaluator.evaluate)]
