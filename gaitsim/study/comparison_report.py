@@ -49,7 +49,7 @@ def methods(findings: Findings) -> str:
     warning = f" Warning: {findings.warning}" if findings.warning else ""
     return (
         f"Each of the {len(findings.samples)} experiments was repeated {findings.repeats} times "
-        f"with {findings.evaluations:,} evaluations from independent random populations (gaitsim "
+        f"with {findings.evaluations:,} evaluations and its own random numbers (gaitsim "
         f"{version('gaitsim')}); a score counts once its generation is finished. The outcome of a "
         f"repeat is its best score; a repeat without a finite score ranks below all others. We "
         "report medians and quartiles (interpolated linearly). Pairs of experiments were compared "
