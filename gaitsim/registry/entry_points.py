@@ -336,6 +336,10 @@ def is_outside(name: str) -> bool:
     return name.startswith(PYTHON) and name != SCORE
 
 
+_SENT = "<dynamic-code>"
+"""The file name that cloudpickle, since 3.1.3, gives to code that it sends to a worker."""
+
+
 @dataclass(frozen=True)
 class PythonEntry(Entry):
     """A function or class that a user passed in Python.
@@ -376,7 +380,7 @@ class PythonEntry(Entry):
         """Return the file and the innermost line of its code in the traceback of an error."""
         place, at = self.target, error.__traceback__
         while at is not None:
-            if at.tb_frame.f_code.co_filename == self.file:
+            if at.tb_frame.f_code.co_filename in (self.file, _SENT):
                 place = f"{self.file}, line {at.tb_lineno}"
             at = at.tb_next
         return place

@@ -60,7 +60,7 @@ def test_a_command_reports_progress_and_files(walk, records, tmp_path, command, 
 
 def test_comparisons_and_studies_report_progress_and_files(records, puppet_file, tmp_path):
     found = records("compare", puppet_file, puppet_file, "--repeats", 2, "--out", "found")
-    assert {one["total"] for one in found["progress"]} == {5}
+    assert {one["total"] for one in found["progress"]} == {10}  # 2 repeats of 5 generations
     assert "found/report.md" in files_of(found)
     study = tmp_path / "small.toml"
     study.write_text(

@@ -207,7 +207,7 @@ def test_repeats_have_islands_of_their_own(puppet):
         (("islands.migrants=-1",), "invalid islands.migrants: -1 (", "≥ 0"),
         (("islands.topology=star",), "invalid islands.topology: star (", '"ring" or "all"'),
         (("islands.count=3",), "unknown key", "number"),
-        (("islands=3",), "is a section", "mutation.rate"),
+        (("islands=3",), "is a section", "SECTION.OPTION=VALUE"),
         (
             ("islands.number=3", "evolution.max_evaluations=17"),
             "17 evaluations are not enough for 3 populations of 6",
