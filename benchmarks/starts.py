@@ -53,7 +53,7 @@ BODIES = {
         50,
     ),
     "fly": Body(
-        pair("cma-es", "fly") | pair("genetic", "fly-genetic"), (5_000, 10_000, 20_000), (5, 10), 30
+        pair("cma-es", "fly") | pair("genetic", "fly-genetic"), (2_500, 5_000, 10_000), (5, 10), 30
     ),
     "walker": Body(
         {"genetic, random": ("walker", {}), "cma-es, random": ("walker-cma", {})},
