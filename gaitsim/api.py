@@ -48,16 +48,7 @@ from gaitsim.sharing.challenge import code_of
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = [
-    "Individual",
-    "Member",
-    "Run",
-    "RunningSearch",
-    "evolve",
-    "load",
-    "picture",
-    "view",
-]
+__all__ = ["Individual", "Member", "Run", "RunningSearch", "evolve", "load", "picture", "view"]
 
 Generations = Generator[Generation, None, None]
 

@@ -36,7 +36,7 @@ from gaitsim.runs.background import (
 )
 from gaitsim.runs.compatibility import check_start
 from gaitsim.runs.creation import find_individual
-from gaitsim.runs.files.checkpoint import Champion
+from gaitsim.runs.files.checkpoint import Champion, Start
 from gaitsim.runs.files.folder import RUNS, command
 from gaitsim.runs.files.history import row
 from gaitsim.runs.growing import Rows
@@ -61,7 +61,7 @@ def starting_individual(experiment: Experiment, from_: str | Challenge | None) -
         return None
     challenge = read_challenge(from_) if isinstance(from_, str) else from_
     start = find_individual(str(from_)) if challenge is None else challenge_as_start(challenge)
-    check_start(experiment, start, f"--from {'CODE' if challenge else from_}")
+    check_start(experiment, Start.of(start), f"--from {'CODE' if challenge else from_}")
     return start
 
 

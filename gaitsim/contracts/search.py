@@ -274,8 +274,7 @@ class Context:
         count, exact = ceil(share * self.population), len(self.starts)
         if exact:
             # np.resize repeats the rows.
-            copies = np.resize(self.starts, (count, shape[-1]))
-            genomes[..., :count, :] = np.broadcast_to(copies, (*shape[:-2], *copies.shape))
+            genomes[..., :count, :] = np.resize(self.starts, (count, shape[-1]))
             if count > exact:
                 genomes[..., exact:count, :] = vary(genomes[..., exact:count, :].copy())
         return self.repair(genomes.reshape(-1, shape[-1])).reshape(shape)

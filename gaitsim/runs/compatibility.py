@@ -14,7 +14,7 @@ from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, entries, plugin_errors
 from gaitsim.registry.entry_points import OUTSIDE
-from gaitsim.runs.files.checkpoint import Champion, Checkpoint, Start
+from gaitsim.runs.files.checkpoint import Checkpoint, Start
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
 from gaitsim.runs.files.safe_pickle import MAX_BYTES
 
@@ -83,10 +83,9 @@ def _first_outside(space: GenomeSpace, genomes: Genomes) -> str:
     )
 
 
-def check_start(experiment: Experiment, start: Champion | Start, where: str) -> None:
+def check_start(experiment: Experiment, start: Start, where: str) -> None:
     """Check that the genomes of a start fit the experiment's body."""
-    genomes = start.genomes if isinstance(start, Start) else start.genome[None]
-    wrong = genome_mismatch(experiment, genomes, start.experiment, "the genome")
+    wrong = genome_mismatch(experiment, start.genomes, start.experiment, "the genome")
     if wrong:
         raise RunError(
             f"{wrong}, so a run cannot start from it",

@@ -136,8 +136,20 @@ def rate_interval(successes: int, repeats: int) -> Interval:
     return float(found.low), float(found.high)
 
 
+class _Effect:
+    """A test with an effect size and its confidence interval."""
+
+    a12_low: float
+    a12_high: float
+
+    @property
+    def effect(self) -> str:
+        """Name of the effect size that the whole interval supports; see `effect_name`."""
+        return effect_name(self.a12_low, self.a12_high)
+
+
 @dataclass(frozen=True)
-class PairTest:
+class PairTest(_Effect):
     """A test of the difference between two samples.
 
     Attributes:
@@ -158,11 +170,6 @@ class PairTest:
     a12_high: float
 
     @property
-    def effect(self) -> str:
-        """Name of the effect size that the whole interval supports; see `effect_name`."""
-        return effect_name(self.a12_low, self.a12_high)
-
-    @property
     def differs(self) -> bool:
         """Whether the difference is significant at 5 % after correction."""
         return self.p_holm < 1 - CONFIDENCE
@@ -173,7 +180,7 @@ class PairTest:
 
 
 @dataclass(frozen=True)
-class TargetTest:
+class TargetTest(_Effect):
     """Two experiments compared at a target.
 
     Attributes:
@@ -198,11 +205,6 @@ class TargetTest:
     a12: float
     a12_low: float
     a12_high: float
-
-    @property
-    def effect(self) -> str:
-        """Name of the effect size that the whole interval supports; see `effect_name`."""
-        return effect_name(self.a12_low, self.a12_high)
 
     @property
     def success_differs(self) -> bool:

@@ -254,7 +254,7 @@ class Encoding:
 
     def _values(self, gait: Symmetry) -> dict[str, Floats]:
         """Return the values of a gait of long, low step cycles by gene group, (parts,) each."""
-        size = float(np.mean([leg.length for leg in self.anatomy.legs]))
+        size = self._size
         # A wave of two rows is the walk of a quadruped, with a quarter of a cycle between its legs.
         lag = np.array([2 * math.pi / max(4, 1 + int(rows(self.anatomy).max()))])
         values = {
@@ -266,10 +266,10 @@ class Encoding:
             "phase": phases(self.anatomy, gait, lag)[0],
             "lag": lag,
         }
-        found = {}
-        for group in self.groups:
-            found[group.name] = np.resize(values.get(group.name, 0.0), len(group.parts))
-        return found
+        return {
+            group.name: np.resize(values.get(group.name, 0.0), len(group.parts))
+            for group in self.groups
+        }
 
     def _genome(self, values: dict[str, Floats]) -> Floats:
         joined = np.concatenate([values[group.name] for group in self.groups])
@@ -282,7 +282,7 @@ class Encoding:
         return standing_chains(self.model, self.anatomy)
 
     def _step_groups(self, own: tuple[str, ...]) -> tuple[GeneGroup, ...]:
-        size = float(np.mean([leg.length for leg in self.anatomy.legs]))
+        size = self._size
         shared: tuple[GeneGroup, ...] = (
             GeneGroup("duty", ("",), 0.35, 0.85),
             GeneGroup("height", ("",), -0.2 * size, 0.1 * size),
@@ -362,6 +362,11 @@ class Encoding:
             angles = oscillators.sine(amplitude, phase, delay, frequency)
         angles += offset[:, :, None]
         return np.ascontiguousarray(angles.swapaxes(1, 2), np.float64)
+
+    @cached_property
+    def _size(self) -> float:
+        """Mean length of the legs, m."""
+        return float(np.mean([leg.length for leg in self.anatomy.legs]))
 
     @cached_property
     def _leaders(self) -> NDArray[np.intp]:

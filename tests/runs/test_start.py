@@ -12,7 +12,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.runs.compatibility import check_start
 from gaitsim.runs.creation import create_run, find_individual
-from gaitsim.runs.files.checkpoint import Champion, read_champion
+from gaitsim.runs.files.checkpoint import Champion, Start, read_champion
 from gaitsim.runs.files.folder import START
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
@@ -167,10 +167,11 @@ def test_a_genome_of_another_body_is_an_error(puppet, option, genome, says):
     shaped = ("organism.plugin=shaped",)
     came = champion(puppet(*shaped, option), genome)
     with pytest.raises(RunError) as error:
-        check_start(puppet(*shaped), came, "--from file")
+        check_start(puppet(*shaped), Start.of(came), "--from file")
     assert says in error.value.what
     assert error.value.where == "--from file"
     assert error.value.allowed.startswith(
         "3 genes of the kind 'real' of the body 'shaped' (labels "
     )
-    check_start(puppet(*shaped), champion(puppet(*shaped), [0.0, 1.0, 2.0]), "")
+    fitting = champion(puppet(*shaped), [0.0, 1.0, 2.0])
+    check_start(puppet(*shaped), Start.of(fitting), "")
