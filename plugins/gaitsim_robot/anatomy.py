@@ -45,8 +45,9 @@ class Anatomy:
             trunk's quaternion is not the identity if the robot faces along y in its file, or if
             y points up.
         mass: mass of the robot, kg.
-        length: length of the trunk along x, m; at least the distance between the front and rear
-            hips, and for two-legged robots at least the length of a leg.
+        length: body length, the unit of scores, m: the length of the trunk, and for two-legged
+            robots at least that of a leg.
+        trunk: length of the trunk along x, m.
         notes: remarks for the user, one sentence each.
     """
 
@@ -55,6 +56,7 @@ class Anatomy:
     stance: Floats
     mass: float
     length: float
+    trunk: float
     notes: tuple[str, ...] = ()
 
     @property

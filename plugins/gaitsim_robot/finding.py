@@ -16,6 +16,9 @@ LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb'
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 ALIKE = 0.2  # largest difference between mirrored legs, as a share of a leg's length
+SHORT = (
+    0.5  # share of the distance between front and rear hips; a shorter trunk is only a part of it
+)
 LONGER = 1.3  # ratio of the extents along y and x above which a robot faces along y
 _HALF = 0.5**0.5
 TURNS = {
@@ -218,21 +221,39 @@ class Finder:
             )
         of_legs = {joint for leg in legs for joint in leg.joints}
         held = [model.joint(index).name for index in range(1, model.njnt)]
-        trunk = points[stand.surfaces.points_on(np.flatnonzero(model.body_weldid == 1)), 0]
         if len(legs) == 2 and not all(min(leg.sole) > 0 for leg in legs):
             notes = (*notes, "two feet without soles: the robot stands only while it balances")
-        hips = np.array([limb.hip[0] for limb in stand.limbs])
-        length = max(np.ptp(hips), np.ptp(trunk) if len(trunk) else 0.0)
-        if len(legs) == 2:
-            length = max(length, stand.reach)
+        trunk = _trunk_length(stand, points)
+        length = max(trunk, stand.reach) if len(legs) == 2 else trunk
         return Anatomy(
             tuple(legs),
             tuple(name for name in held if name not in of_legs),
             standing,
             float(model.body_subtreemass[1]),
-            float(length),
+            length,
+            trunk,
             notes,
         )
+
+
+def _trunk_length(stand: Stand, points: Floats) -> float:
+    """Return the extent of the trunk's surface along x, m.
+
+    Args:
+        stand: the robot.
+        points: the surface of the robot in its standing pose, (points, 3) m.
+
+    Returns:
+        The extent, or the distance between the front and rear hips if the trunk has no surface or
+        only a small one, such as that of a sensor.
+    """
+    group = np.flatnonzero(stand.model.body_weldid == 1)
+    surface = stand.surfaces.points_on(group)
+    balls = stand.surfaces.radius[surface]
+    ends = [points[surface, 0] - balls, points[surface, 0] + balls]
+    extent = float(np.ptp(ends)) if len(surface) else 0.0
+    hips = float(np.ptp([limb.hip[0] for limb in stand.limbs]))
+    return extent if extent > SHORT * hips else hips
 
 
 def _with_counterparts(legs: list[Limb]) -> list[Limb]:

@@ -20,7 +20,7 @@ from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.importing import import_robot
-from gaitsim_robot.servos import ServoName, joint_servos
+from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos
 from gaitsim_robot.simulation import Simulation, build, corners_for
 from gaitsim_robot.text import compile_model, disable_log, trust
 
@@ -222,7 +222,7 @@ def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
     return {
         "Robots: organism.model": {
             name: f"{anatomy.mass:.3g} kg, {len(anatomy.legs)} legs, {len(anatomy.joints)} joints, "
-            f"trunk {anatomy.length:.2g} m long"
+            f"trunk {anatomy.trunk:.2g} m long"
             for name, anatomy in robots.items()
         },
         "Servos: organism.servo": {
@@ -237,7 +237,7 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
     driven, held = len(anatomy.joints), len(anatomy.held)
     lines = {
         "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} links",
-        "trunk": f"{anatomy.length:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
+        "trunk": f"{anatomy.trunk:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
         "joints": f"{driven} in the legs, moved by gaits",
     }
     if held:
@@ -258,7 +258,10 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
     """Return the limits of servos; joints with equal servos share a line."""
     groups: dict[str, list[str]] = {}
     for joint, servo in servos.items():
-        groups.setdefault(f"{servo.name}: {_limits(servo)}", []).append(joint)
+        assumed = (
+            f" ({servo.source})" if servo.name == "model" and servo.source != FROM_FILE else ""
+        )
+        groups.setdefault(f"{servo.name}: {_limits(servo)}{assumed}", []).append(joint)
     if len(groups) == 1:
         return {"all": next(iter(groups))}
     return {_join_names(joints, 3): limits for limits, joints in groups.items()}

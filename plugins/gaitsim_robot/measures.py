@@ -58,7 +58,7 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         "body lengths": Measure(
             displacement / motion["length"],
             "",
-            f"displacement in trunk lengths of {float(motion['length'][0]):.3g} m",
+            f"displacement in body lengths of {float(motion['length'][0]):.3g} m",
         ),
         "speed": Measure(
             ratio(displacement, lasted), "m/s", "displacement divided by the time until the fall"

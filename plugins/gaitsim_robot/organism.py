@@ -89,7 +89,7 @@ CHANNELS: Mapping[str, Channel] = {
     ),
     "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
     "weight": Channel((), "N", "weight of the whole robot"),
-    "length": Channel((), "m", "length of the trunk"),
+    "length": Channel((), "m", "length of the trunk; with two legs, at least that of a leg"),
     "configuration": Channel(
         ("frames", "coordinates"),
         "",

@@ -25,6 +25,7 @@ SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo 
 SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
 LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
 SPEED = 10.0  # rad/s, speed limit if the file has none
+FROM_FILE = "the robot's file"
 FASTEST = 50.0  # rad/s; higher speed limits in files are placeholders
 
 
@@ -147,15 +148,30 @@ def _servo_from_text(
 ) -> Servo:
     """Return the servo of a joint with the limits in the robot's text."""
     index = model.joint(joint).id
-    torque = model.jnt_actfrcrange[index, 1] if model.jnt_actfrclimited[index] else 0.0
-    speed = model.jnt_user[index, 0] if model.nuser_jnt else 0.0
+    torque = float(model.jnt_actfrcrange[index, 1]) if model.jnt_actfrclimited[index] else 0.0
+    speed = float(model.jnt_user[index, 0]) if model.nuser_jnt else 0.0
+    notes = []
+    if torque_limit is None:
+        assumed = f"{SHARE:g} × the robot's weight × the reach of its longest leg"
+        notes.append(_assumption("torque", "N m", torque, LIFT * weight, assumed))
+    if speed_limit is None:
+        notes.append(_assumption("speed", "rad/s", speed, FASTEST, f"{SPEED:g} rad/s"))
     return _assumed_servo(
         "model",
         min(torque_limit or torque or SHARE * weight, LIFT * weight),
         min(speed_limit or speed or SPEED, FASTEST),
         weight,
-        "the robot's text",
+        "; ".join(filter(None, notes)) or FROM_FILE,
     )
+
+
+def _assumption(quantity: str, unit: str, given: float, most: float, assumed: str) -> str:
+    """Return why a limit differs from the one in the robot's file, or ''."""
+    if not given:
+        return f"{quantity} assumed, as the file states none or 0: {assumed}"
+    if given > most:
+        return f"{quantity} reduced: the file's {given:.3g} {unit} is a placeholder"
+    return ""
 
 
 def _assumed_servo(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:

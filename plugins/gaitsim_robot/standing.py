@@ -24,7 +24,8 @@ SPRAWLED = ((0.65, 0.45), (0.6, 0.6), (0.75, 0.35), (0.5, 0.3), (0.8, 0.45), (0.
 STRAIGHT = 0.96  # share of its length beyond which a leg counts as straight
 UNEVEN = 0.03  # leg lengths, largest difference in height between two feet on the ground
 CLEARANCE = 0.1  # leg lengths, smallest height of the trunk, its arms and its head
-GRAZE = 0.01  # leg lengths, smallest height of knees, and of all parts in a given pose
+GRAZE = 0.01  # leg lengths, smallest height of knees, and of all parts in a given pose; a link next
+# to a foot, such as a shin that ends at the ankle, may come as close to the ground as it likes
 MARGIN = 0.2  # share of the support, distance of the centre of mass from its edges in found poses
 LEVEL = 0.03  # rad, largest angle between a sole and the ground
 STARTS = 24  # initial poses from which inverse kinematics starts
@@ -51,6 +52,8 @@ class Stand:
         self.others = np.setdiff1d(np.arange(len(self.surfaces.geoms)), feet)
         parts = np.concatenate([limb.parts for limb in limbs])
         self.of_trunk = ~np.isin(self.surfaces.bodies[self.others], parts)
+        shins = [self._above_foot(limb) for limb in limbs]
+        self.of_shins = np.isin(model.body_weldid[self.surfaces.bodies[self.others]], shins)
 
     def pose(self, qpos: Floats) -> Floats:
         """Pose the robot and return its surface points, (points, 3) m."""
@@ -88,11 +91,11 @@ class Stand:
         lows = self._lowest_heights(points)
         if max(lows) - min(lows) > UNEVEN * self.reach:
             return f"the heights of its feet differ by {1000 * (max(lows) - min(lows)):.0f} mm"
-        clear = points[self.others, 2] - self.surfaces.radius[self.others] - min(lows)
-        clear -= np.where(self.of_trunk & bent, CLEARANCE, GRAZE) * self.reach
-        if len(clear) and clear.min() < 0:
-            body = self.model.body(self.surfaces.bodies[self.others[int(np.argmin(clear))]]).name
-            return f"the body {body!r} is as low as the feet"
+        heights = points[self.others, 2] - self.surfaces.radius[self.others] - min(lows)
+        least = np.where(self.of_trunk & bent, CLEARANCE, GRAZE) * self.reach
+        least[self.of_shins] = 0.0
+        if len(heights) and (heights < least).any():
+            return self._too_low(heights, least)
         for limb in self.limbs:
             tip = limb.chain.place(self._angles(limb, qpos))
             straight = np.linalg.norm(tip - self.data.xanchor[limb.joints[limb.knee - 1]])
@@ -101,6 +104,25 @@ class Stand:
             if bent and limb.sole.any() and self._tilt(limb, qpos) > LEVEL:
                 return f"the sole of {self.model.body(limb.foot).name!r} is not level"
         return self._balance(qpos, MARGIN if bent else 0.0)
+
+    def _above_foot(self, limb: Limb) -> int:
+        """Return the group of the nearest link above a foot that has a surface."""
+        group = int(self.model.body_weldid[self.model.body_parentid[limb.bodies[0]]])
+        while group > 1 and not (self.model.body_weldid[self.surfaces.bodies] == group).any():
+            group = int(self.model.body_weldid[self.model.body_parentid[group]])
+        return group if group > 1 else limb.foot
+
+    def _too_low(self, heights: Floats, least: Floats) -> str:
+        """Return which link is too close to the ground, given heights of `others`, (points,) m."""
+        lowest = int(np.argmin(heights - least))
+        link = self.model.body(self.surfaces.bodies[self.others[lowest]]).name
+        height, required = 1000 * heights[lowest], 1000 * least[lowest]
+        if height < 0:
+            return f"the link {link!r} reaches {-height:.2g} mm below the feet"
+        return (
+            f"the link {link!r} is {height:.2g} mm above the ground, and must be at least "
+            f"{required:.2g} mm above it"
+        )
 
     def _tilt(self, limb: Limb, qpos: Floats) -> float:
         """Return the angle between a sole and the ground, rad."""

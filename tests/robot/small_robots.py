@@ -59,6 +59,21 @@ def human_leg(name: str, y: float) -> str:
     )
 
 
+def biped(gap: float) -> str:
+    """Return a robot on two legs of 0.85 m whose shins end `gap` above the soles, m."""
+    legs = (
+        f'<body name="{name}_thigh" pos="0 {y} -0.1"><joint name="{name}_hip" axis="0 1 0" '
+        'range="-1.5 1.5"/><geom type="capsule" fromto="0 0 0 0 0 -0.4" size="0.04" mass="2"/>'
+        f'<body name="{name}_shin" pos="0 0 -0.4"><joint name="{name}_knee" axis="0 1 0" '
+        f'range="0 2.4"/><geom type="capsule" fromto="0 0 0 0 0 {gap - 0.41}" size="0.04" '
+        f'mass="1"/><body name="{name}_foot" pos="0 0 -0.4"><joint name="{name}_ankle" '
+        'axis="0 1 0" range="-1.2 1.2"/><geom type="box" pos="0.03 0 -0.03" '
+        'size="0.11 0.05 0.02" mass="0.5"/></body></body></body>'
+        for name, y in (("left", 0.1), ("right", -0.1))
+    )
+    return robot('<geom type="box" pos="0 0 0.15" size="0.08 0.12 0.25" mass="15"/>', *legs)
+
+
 def arm(name: str, y: float) -> str:
     """Return an arm with two joints that hangs from a shoulder 0.4 m above the hips."""
     return (

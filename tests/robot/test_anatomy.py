@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from small_robots import ARM, FACING_Y, HEXAPOD, HUMANOID, QUADRUPED, WHEELS
+from small_robots import ARM, FACING_Y, HEXAPOD, HUMANOID, QUADRUPED, WHEELS, biped, box
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.finding import find_anatomy
@@ -32,6 +32,17 @@ def test_six_sprawling_legs_are_found():
     anatomy = found(HEXAPOD)
     assert list(feet(anatomy)) == ["L1", "R1", "L2", "R2", "L3", "R3"]
     assert [leg.foot for leg in anatomy.legs[::2]] == ["l0_tibia", "l1_tibia", "l2_tibia"]
+
+
+def test_the_length_of_the_trunk_is_that_of_its_box():
+    # The hips are 0.4 m apart, beyond both ends of the trunk.
+    assert found(QUADRUPED.replace(box(0.4, 0.16, 0.1, 4), box(0.3, 0.16, 0.1, 4))).trunk == 0.3
+    # A box shorter than half of this distance, such as that of a sensor, is not a trunk.
+    small = found(QUADRUPED.replace(box(0.4, 0.16, 0.1, 4), box(0.1, 0.16, 0.1, 4)))
+    assert small.trunk == pytest.approx(0.4)
+    humanoid = found(HUMANOID)
+    assert humanoid.trunk == pytest.approx(0.16)
+    assert humanoid.length == pytest.approx(humanoid.legs[0].length)
 
 
 def test_a_humanoid_has_two_legs_with_soles():
@@ -138,6 +149,25 @@ def test_a_standing_pose_can_be_given_by_joint_angles():
     assert failure.value.remedy == "did you mean 'FL_knee'?"
     with pytest.raises(GaitsimError, match="outside the joint's limits"):
         found(QUADRUPED, stance={"FL_knee": 1.0})
+
+
+def test_a_shin_may_end_closely_above_the_sole():
+    straight = {"left_knee": 0.0}
+    for gap in (0.01, 0.004, 0.0005):
+        assert feet(found(biped(gap))) == {"L1": "left_foot", "R1": "right_foot"}
+        assert found(biped(gap), stance=straight).notes == ()
+    with pytest.raises(GaitsimError, match="'left_shin' reaches 6 mm below the feet"):
+        found(biped(-0.006), stance=straight)
+
+
+def test_a_link_too_close_to_the_ground_is_named_with_its_distance():
+    tail = '<body name="tail"><joint name="wag" axis="0 0 1" range="-1 1"/><geom type="capsule" '
+    tail += 'fromto="-0.2 0 0 -0.4 0 {z}" size="0.01" mass="0.1"/></body></body></worldbody>'
+    straight = {"left_knee": 0.0}
+    low = biped(0.01).replace("</body></worldbody>", tail.format(z=-0.932))
+    match = "'tail' is 8 mm above the ground, and must be at least 8.6 mm above it"
+    with pytest.raises(GaitsimError, match=match):
+        found(low, stance=straight)
 
 
 def test_a_body_returns_the_joint_angles_of_its_standing_pose():

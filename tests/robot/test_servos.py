@@ -6,11 +6,15 @@ from typing import get_args
 import mujoco
 import numpy as np
 import pytest
+from small_robots import QUADRUPED
 from stick import servoed_stick, standing_quadruped
 
 from gaitsim.legged import SERVOS
+from gaitsim_robot.finding import find_anatomy
+from gaitsim_robot.loading import describe_robot
+from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import delayed_commands
-from gaitsim_robot.servos import ServoName
+from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos
 
 EVERY = [*SERVOS.values()]
 
@@ -146,3 +150,21 @@ def test_goal_positions_agree_with_the_data_sheets():
     assert SERVOS["ax-12a"].tick * 1023 == pytest.approx(turns["ax-12a"])
     assert SERVOS["xl430-w250"].tick * 4096 == pytest.approx(turns["xl430-w250"])
     assert [SERVOS[name].centre_tick for name in turns] == pytest.approx([511.5, 2048, 2048])
+
+
+def test_limits_that_are_not_those_of_the_file_are_described_as_assumed():
+    head, tail = QUADRUPED.split('<joint name="FL_knee"')
+    limit = '<joint name="FL_knee" actuatorfrcrange="{0} {1}" '
+    for torque, expected in ((7, ""), (1e4, "the file's 1e+04 N m is a placeholder")):
+        text = head + limit.format(-torque, torque) + tail
+        model = mujoco.MjModel.from_xml_string(text)
+        servos = joint_servos(model, find_anatomy(model))
+        assert "speed assumed" in servos["FL_knee"].source
+        assert ("torque" in servos["FL_knee"].source) == bool(expected)
+        assert expected in servos["FL_knee"].source
+        assert "torque assumed" in servos["FR_knee"].source
+    facts = describe_robot(Robot(model="quadruped").simulation, servos, {})["Servos"]
+    assumed = [limits for joints, limits in facts.items() if joints.startswith("FL_roll")]
+    assert "N m, 10 rad/s (torque assumed" in assumed[0]
+    given = joint_servos(model, find_anatomy(model), torque_limit=3, speed_limit=5)
+    assert {servo.source for servo in given.values()} == {FROM_FILE}
