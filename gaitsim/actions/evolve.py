@@ -81,10 +81,13 @@ class EvolveNew(Evolve):
 
     def evolve(self, experiment: Experiment, start: Champion | None) -> None:
         """Create a run, and evolve it."""
+        from gaitsim.console.cluster import warn
         from gaitsim.console.evolving import chosen_place, evolve_run
         from gaitsim.runs.creation import create_run
         from gaitsim.runs.snapshot import RunSnapshot
 
+        for warning in experiment.warnings():
+            warn(warning)
         with chosen_place(self.dask, self.workers, detach=self.detach) as place:
             run = RunSnapshot(create_run(experiment, self.out, start))
             evolve_run(run, place, workers=self.workers, json=self.json_lines)

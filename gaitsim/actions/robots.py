@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -114,7 +115,7 @@ class CheckRobot(Action):
         try:
             with status(f"Reading {file} …"):
                 found, experiment = read_body(file, roots)
-                facts = _describe(experiment)
+                facts, warnings = _describe(experiment), experiment.warnings()
                 skeleton = None if picture is None else _standing_skeleton(experiment)
         except GaitsimError as caught:
             problems = caught.problems if isinstance(caught, ExperimentError) else ()
@@ -142,11 +143,12 @@ class CheckRobot(Action):
                     "name": found.name,
                     "facts": facts,
                     "repairs": list(found.repairs),
+                    "warnings": list(warnings),
                     "files": list(map(str, written)),
                 }
             )
             return
-        _print(file, found, facts)
+        _print(file, found, facts, warnings)
         for path in written:
             echo(path)
         echo(f"\nEvolve a gait: {command('run', file if model_out is None else model_out)}")
@@ -193,7 +195,8 @@ def _standing_skeleton(experiment: Experiment) -> Skeleton:
     return Individual(experiment, 0.0, {}, genome=middle).skeleton
 
 
-def _print(file: Path, found: BodyFile, facts: Facts) -> None:
+def _print(file: Path, found: BodyFile, facts: Facts, warnings: Sequence[str]) -> None:
     echo(f"{file}: {found.name}\n")
     repaired = dict.fromkeys(found.repairs, "") or {"nothing": ""}
-    print_facts({**facts, "Repaired": repaired})
+    wrong = {"Warnings": dict.fromkeys(warnings, "")} if warnings else {}
+    print_facts({**facts, "Repaired": repaired, **wrong})

@@ -144,6 +144,13 @@ class Organism(Plugin):
         """Return facts about the body with its options, such as its mass and its legs."""
         return {}
 
+    def warnings(self) -> tuple[str, ...]:
+        """Return likely mistakes in the options of this body, each with a remedy; () by default.
+
+        `gaitsim robots check` and the start of a new run print them.
+        """
+        return ()
+
     @classmethod
     def library(cls) -> Facts:
         """Return facts about option values that the package bundles, such as its robots."""

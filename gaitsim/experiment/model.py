@@ -352,6 +352,15 @@ class Experiment(ReprMixin):
             return f"not known to be portable: not declared by the {names}"
         return f"{PORTABLE}: the same bits with the same versions on any x86-64 or ARM64 processor"
 
+    def warnings(self) -> tuple[str, ...]:
+        """Return likely mistakes in the options of the body, each with a remedy.
+
+        Raises:
+            PluginError: the body fails.
+        """
+        with plugin_errors(self.entries["organism"], "checking its options for mistakes"):
+            return tuple(self.organism.warnings())
+
     def check_functions(self) -> None:
         """Check that all Python functions of the experiment are registered in this process."""
         for entry in self.outside:

@@ -7,7 +7,15 @@ from typing import Any
 import numpy as np
 
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim_robot.anatomy import Anatomy, Floats, Leg, Side, name_legs
+from gaitsim_robot.anatomy import (
+    Anatomy,
+    Facing,
+    Floats,
+    Leg,
+    Side,
+    name_legs,
+    named_place,
+)
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.limbs import Limb, Tree, leg_order
 from gaitsim_robot.standing import Stand
@@ -25,11 +33,20 @@ TURNS = {
     "": (1.0, 0.0, 0.0, 0.0),
     "y points up in the file; the robot is turned upright": (_HALF, _HALF, 0.0, 0.0),
 }
-FACING = "the robot is turned to face along x"
+HEADINGS: Mapping[Facing, tuple[int, int]] = {
+    "+x": (1, 0),
+    "-x": (-1, 0),
+    "+y": (0, 1),
+    "-y": (0, -1),
+}
+"""Direction of the nose for each value of `facing`: components along x and y."""
 
 
 def find_anatomy(
-    model: Any, feet: Sequence[str] = (), stance: Mapping[str, float] | None = None
+    model: Any,
+    feet: Sequence[str] = (),
+    stance: Mapping[str, float] | None = None,
+    facing: Facing = "auto",
 ) -> Anatomy:
     """Find the legs, feet and standing pose of a robot.
 
@@ -42,13 +59,15 @@ def find_anatomy(
         feet: names of the links at the ends of the legs; () finds them.
         stance: angles of joints in the standing pose by name, rad. Other joints have the angles of
             the keyframe, or zero. None searches for a pose.
+        facing: direction of the nose in the upright robot. 'auto' follows the names of the legs if
+            they fit only one direction, and otherwise the shape of the robot.
     """
     if model.nbody < 2 or model.njnt < 2:
         raise GaitsimError(
             "the robot has no joints", allowed="a trunk with at least two legs of hinge joints"
         )
     _check_names(model, feet, stance or {})
-    return Finder(model, feet, stance).find()
+    return Finder(model, feet, stance, facing).find()
 
 
 def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -> None:
@@ -82,10 +101,17 @@ class Finder:
         model: MuJoCo's model.
         feet: names of links at the ends of the legs, or ().
         stance: angles of joints by name, rad, or None.
+        facing: direction of the nose.
     """
 
-    def __init__(self, model: Any, feet: Sequence[str], stance: Mapping[str, float] | None) -> None:
-        self.model, self.feet, self.stance = model, feet, stance
+    def __init__(
+        self,
+        model: Any,
+        feet: Sequence[str],
+        stance: Mapping[str, float] | None,
+        facing: Facing,
+    ) -> None:
+        self.model, self.feet, self.stance, self.facing = model, feet, stance, facing
         self.rest, self.given = self._rest()
 
     def find(self) -> Anatomy:
@@ -122,12 +148,18 @@ class Finder:
 
     def _find(self, rest: Floats, notes: tuple[str, ...]) -> Anatomy:
         limbs = self._legs(self._tree(rest))
-        front = _front(limbs, default=-1 if notes else 1)
-        if front:
-            angle = -front / 2
+        shape, fitting = _front(limbs, default=-1 if notes else 1), self._fitting(limbs)
+        facing = self.facing
+        if facing == "auto":
+            facing = fitting[0] if len(fitting) == 1 else shape
+        if facing != "+x":
+            x, y = HEADINGS[facing]
+            angle = -math.atan2(y, x) / 2
             rest = _rotate_trunk(rest, (np.cos(angle), 0.0, 0.0, np.sin(angle)))
             limbs = self._legs(self._tree(rest))
-            notes = (*notes, FACING)
+            named = self.facing == "auto" and facing != shape
+            reason = ", as the names of its legs say" if named else ""
+            notes = (*notes, f"the robot faces {facing}{reason}; it is turned to face +x")
         sides = [_side(limb, limbs) for limb in limbs]
         order = leg_order(limbs, sides)
         limbs, sides = [limbs[index] for index in order], [sides[index] for index in order]
@@ -136,7 +168,48 @@ class Finder:
             rest[self.model.joint(joint).qposadr[0]] = angle
         standing, note = self._stand(stand, rest)
         notes += note
-        return self._anatomy(stand, sides, standing, notes)
+        return self._anatomy(stand, sides, standing, notes, self._misnamed(limbs, sides, fitting))
+
+    def _fitting(self, limbs: list[Limb]) -> list[Facing]:
+        """Return the directions of the nose that no leg's name contradicts.
+
+        Returns:
+            The directions; [] unless the names distinguish front from rear and left from right.
+        """
+        named = [self._named_place(limb) for limb in limbs]
+        if not all(set(column) >= {1, -1} for column in zip(*named, strict=True)):
+            return []
+        seen = np.array([[_sign(limb, limbs, axis) for axis in (0, 1)] for limb in limbs])
+        turned = {  # to the front and to the left
+            facing: seen @ np.array([[x, -y], [y, x]]) for facing, (x, y) in HEADINGS.items()
+        }
+        return [facing for facing, place in turned.items() if (place * named >= 0).all()]
+
+    def _named_place(self, limb: Limb) -> tuple[int, int]:
+        joints = [self.model.joint(joint).name for joint in limb.joints]
+        return named_place(joints + [self.model.body(body).name for body in limb.parts])
+
+    def _misnamed(
+        self, limbs: list[Limb], sides: list[Side], fitting: list[Facing]
+    ) -> tuple[str, ...]:
+        """Return a warning if the names of legs contradict their places, or ()."""
+        remedy = (
+            f"set 'organism.facing' to {fitting[0]}, which fits all names"
+            if len(fitting) == 1
+            else "set 'organism.facing' to the direction of the nose in the file (+x, -x, +y or "
+            "-y), or rename the joints"
+        )
+        named = [self._named_place(limb) for limb in limbs]
+        seen = [(_sign(limb, limbs, 0), _sign(limb, limbs, 1)) for limb in limbs]
+        told = [set(column) >= {1, -1} for column in zip(*named, strict=True)]
+        for name, limb, said, place in zip(name_legs(sides), limbs, named, seen, strict=True):
+            if any(told[axis] and said[axis] * place[axis] < 0 for axis in (0, 1)):
+                joint = self.model.joint(limb.joints[0]).name
+                return (
+                    f"joint {joint!r} belongs to leg {name}, {_describe_place(place)}, although "
+                    f"its name says {_describe_place(said)}; {remedy}",
+                )
+        return ()
 
     def _tree(self, rest: Floats) -> Tree:
         return Tree(self.model, pose_data(self.model, rest))
@@ -196,7 +269,12 @@ class Finder:
         return found, (instead,) if self.given else ()
 
     def _anatomy(
-        self, stand: Stand, sides: list[Side], standing: Floats, notes: tuple[str, ...]
+        self,
+        stand: Stand,
+        sides: list[Side],
+        standing: Floats,
+        notes: tuple[str, ...],
+        warnings: tuple[str, ...],
     ) -> Anatomy:
         model = self.model
         contacts = stand.contacts(standing)
@@ -233,6 +311,7 @@ class Finder:
             length,
             trunk,
             notes,
+            warnings,
         )
 
 
@@ -289,20 +368,22 @@ def _are_alike(limb: Limb, other: Limb) -> bool:
     return same and abs(other.length - limb.length) < ALIKE * limb.length
 
 
-def _front(limbs: Sequence[Limb], default: int) -> float:
-    """Return the heading of the robot, rad from x.
+def _front(limbs: Sequence[Limb], default: int) -> Facing:
+    """Return the direction of the nose that the shape of the robot indicates.
 
     A robot with two legs faces in the direction of its feet. A robot with more legs that faces
     along the y axis faces in the direction `default` · y.
     """
     along_y = _faces_along_y(limbs)
-    axis, sign = (1, float(default)) if along_y else (0, 1.0)
+    axis, sign = (1, default) if along_y else (0, 1)
     for joint, least in ((-1, 0.02), (0, 0.08)) if len(limbs) == 2 else ():
         toes = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
         if abs(np.mean(toes)) > least:  # measured from the ankle, or else from the hip
-            sign = float(np.sign(np.mean(toes)))
+            sign = int(np.sign(np.mean(toes)))
             break
-    return float(sign * np.pi / 2 if along_y else (1 - sign) * np.pi / 2)
+    if along_y:
+        return "+y" if sign > 0 else "-y"
+    return "+x" if sign > 0 else "-x"
 
 
 def _faces_along_y(limbs: Sequence[Limb]) -> bool:
@@ -334,11 +415,24 @@ def _count_mirrored(limbs: Sequence[Limb], axis: int) -> int:
 
 
 def _side(limb: Limb, limbs: Sequence[Limb]) -> Side:
-    middle = float(np.mean([one.hip[1] for one in limbs]))
-    for y in (limb.hip[1] - middle, limb.chain.tip[1] - middle):
-        if abs(y) > 0.05 * limb.length:
-            return "left" if y > 0 else "right"
-    return "middle"
+    sides: dict[int, Side] = {1: "left", -1: "right", 0: "middle"}
+    return sides[_sign(limb, limbs, 1)]
+
+
+def _sign(limb: Limb, limbs: Sequence[Limb], axis: int) -> int:
+    """Return on which side of the middle of all legs a leg is along an axis; 0 in the middle."""
+    middle = float(np.mean([one.hip[axis] for one in limbs]))
+    for place in (limb.hip[axis] - middle, limb.chain.tip[axis] - middle):
+        if abs(place) > 0.05 * limb.length:
+            return 1 if place > 0 else -1
+    return 0
+
+
+def _describe_place(place: tuple[int, int]) -> str:
+    """Return 'front left' for (1, 1), 'left' for (0, 1)."""
+    front, left = place
+    words = {1: "front", -1: "rear"}.get(front, ""), {1: "left", -1: "right"}.get(left, "middle")
+    return " ".join(filter(None, words))
 
 
 def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:

@@ -14,7 +14,7 @@ import numpy as np
 from gaitsim.contracts import Facts
 from gaitsim.errors import nearest
 from gaitsim.legged import SERVOS, Damage, Servo
-from gaitsim_robot.anatomy import Anatomy, Floats, Leg
+from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
 from gaitsim_robot.conditions import apply_world
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.errors import RobotError
@@ -76,11 +76,11 @@ def bundled_text(name: str) -> str:
 
 @lru_cache(maxsize=16)
 def load_anatomy(
-    text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...]
+    text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...], facing: Facing
 ) -> Anatomy:
-    """Return the anatomy of a robot's text, given the options `feet` and `stance` (degrees)."""
+    """Return the anatomy of a robot's text with the options of the body; `stance` in degrees."""
     pose = {joint: math.radians(angle) for joint, angle in stance}
-    return find_anatomy(compile_model(text), feet, pose or None)
+    return find_anatomy(compile_model(text), feet, pose or None, facing)
 
 
 def joint_ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:

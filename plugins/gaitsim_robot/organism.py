@@ -29,7 +29,7 @@ from gaitsim.contracts import (
 from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
 from gaitsim.legged import DAMAGE_HELP, Damage, parse_damage
-from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.importing import import_robot
@@ -132,6 +132,12 @@ class Robot(Organism):
     feet: tuple[str, ...] = option(
         (), "names of the links at the ends of the legs; by default, gaitsim finds the legs"
     )
+    facing: Facing = option(
+        "auto",
+        "direction of the nose in the robot's file, with z up; 'auto' follows the names of the "
+        "legs, such as FL and front_left, if they fit only one direction, or else the shape of the "
+        "robot",
+    )
     stance: dict[str, float] = option(
         {},
         "joint angles in the standing pose, by name; other joints have the angles of the "
@@ -224,7 +230,7 @@ class Robot(Organism):
     @property
     def anatomy(self) -> Anatomy:
         """Legs, feet and standing pose of the intact robot."""
-        return load_anatomy(self.text, self.feet, tuple(self.stance.items()))
+        return load_anatomy(self.text, self.feet, tuple(self.stance.items()), self.facing)
 
     @property
     def simulation(self) -> Simulation:
@@ -263,6 +269,10 @@ class Robot(Organism):
         return describe_robot(
             self.simulation, load_servos(self.text, self.anatomy, self._servo), world
         )
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return likely mistakes in the robot's file."""
+        return self.anatomy.warnings
 
     @classmethod
     def library(cls) -> Facts:

@@ -3,7 +3,7 @@
 import mujoco
 import numpy as np
 import pytest
-from small_robots import ARM, FACING_Y, HEXAPOD, HUMANOID, QUADRUPED, WHEELS, biped, box
+from small_robots import ARM, CORNERS, FACING_Y, HEXAPOD, HUMANOID, QUADRUPED, WHEELS, biped, box
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.finding import find_anatomy
@@ -57,6 +57,60 @@ def test_a_robot_that_faces_y_is_turned():
     assert feet(anatomy) == feet(found(QUADRUPED))
     assert anatomy.stance[3:7] == pytest.approx([0.5**0.5, 0, 0, -(0.5**0.5)])
     assert anatomy.notes
+
+
+def renamed(text, names):
+    """Return a robot whose legs have other names, given by their names in `CORNERS`."""
+    for old in CORNERS:
+        text = text.replace(f"{old}_", f"<{old}>")
+    for old, new in zip(CORNERS, names, strict=True):
+        text = text.replace(f"<{old}>", f"{new}_")
+    return text
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("RR", "RL", "FR", "FL"),
+        ("hindRight", "hindLeft", "frontRight", "frontLeft"),
+        ("rb", "lb", "rf", "lf"),
+    ],
+)
+def test_a_robot_whose_nose_points_backwards_faces_as_its_legs_are_named(names):
+    anatomy = found(renamed(QUADRUPED, names))
+    assert list(feet(anatomy).values()) == [f"{names[index]}_shank" for index in (3, 2, 1, 0)]
+    assert np.abs(anatomy.stance[3:7]) == pytest.approx([0, 0, 0, 1], abs=1e-6)
+    assert "faces -x, as the names" in anatomy.notes[0]
+    assert anatomy.warnings == ()
+
+
+def test_the_direction_of_the_nose_can_be_given():
+    backward = renamed(QUADRUPED, ["RR", "RL", "FR", "FL"])
+    forward = found(backward, facing="+x")
+    assert feet(forward)["L1"] == "RR_shank"
+    (warning,) = forward.warnings
+    assert "'RR_roll' belongs to leg L1, front left, although its name says rear right" in warning
+    assert "'organism.facing' to -x" in warning
+    aside = found(QUADRUPED, facing="-y")
+    assert feet(aside) == {"L1": "FR_shank", "R1": "RR_shank", "L2": "FL_shank", "R2": "RL_shank"}
+    assert feet(found(FACING_Y, facing="-y"))["L1"] == "RR_shank"
+
+
+@pytest.mark.parametrize(
+    ("names", "warns"),
+    [
+        (["FR", "FL", "RR", "RL"], "front left, although its name says front right"),  # mirrored
+        (["right_a", "left_a", "right_b", "left_b"], "although its name says right"),
+        (["a", "b", "c", "d"], ""),
+        (["hip_r_a", "hip_r_b", "hip_r_c", "hip_r_d"], ""),
+        (["L1", "R1", "L2", "R2"], ""),
+    ],
+)  # fmt: skip
+def test_names_that_fit_no_direction_leave_the_robot_as_it_is_shaped(names, warns):
+    anatomy = found(renamed(QUADRUPED, names))
+    assert feet(anatomy)["L1"] == f"{names[0]}_shank"
+    assert warns in " ".join(anatomy.warnings)
+    assert bool(anatomy.warnings) == bool(warns)
 
 
 def test_a_robot_whose_file_is_y_up_is_turned_upright():
