@@ -37,6 +37,8 @@ def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
     console.print(Text.assemble("Gait: ", (found.name, style), f", {found.reason}"))
     for flag in gait.flags:
         console.print(f"Likely exploit: {flag.name}. {flag.seen}", style="red")
+    for warning in gait.warnings:
+        console.print(Text(warning, style="yellow"))
     if gait.footfalls is not None:
         _print_footfalls(gait.footfalls, gait.frame_rate)
     print_section(travel_and_stability(gait))
@@ -47,8 +49,8 @@ def _print_footfalls(found: Footfalls, frame_rate: float) -> None:
     stride = found.stride
     if stride is not None:
         console.print(
-            f"Stride frequency {stride.frequency:.2f} Hz ({stride.frames:.1f} frames per stride), "
-            f"regularity {stride.periodicity:.2f}"
+            f"Stride frequency {stride.frequency:.2f} Hz{' as commanded' * stride.commanded} "
+            f"({stride.frames:.1f} frames per stride), regularity {stride.periodicity:.2f}"
         )
     console.print()
     for line in diagram(found, frame_rate):

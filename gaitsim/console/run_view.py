@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from rich.text import Text
 
 from gaitsim import toml
 from gaitsim.console.printing import notice, output, print_json, print_table
@@ -13,6 +14,7 @@ from gaitsim.errors import MissingFunctionError, RunError
 from gaitsim.evaluation.worlds import ranges_of
 from gaitsim.evolution.transferability import RealityTests
 from gaitsim.gait.changed import can_be_damaged
+from gaitsim.gait.report import effort_of
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.curves import sparkline
@@ -142,6 +144,9 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
             for name, (value, unit, meaning) in champion.measurements.items()
         ]
         print_table(["measure", "value", "", "meaning"], rows, numbers=["value"])
+    effort = effort_of(champion)
+    if effort is not None and effort.warning:
+        console.print(Text(effort.warning, style="yellow"))
     parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())
     console.print(f"score = {parts}")
 

@@ -1,13 +1,12 @@
 """Feet: contacts with the ground, phases within a stride and their place on the body."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitsim.legged.stepping import CHATTER, MIN_TOUCH_DOWNS, stride_lag
+from gaitsim.legged.stepping import MIN_TOUCH_DOWNS, Steps
 
 Floats = NDArray[np.float64]
 
@@ -37,9 +36,10 @@ class Foot:
 
     Attributes:
         name: name of the foot.
-        duty_factor: share of the time on the ground, including chatter.
+        duty_factor: share of the time in stance, without chatter for a body in physics.
         touch_downs: frames in which the foot touches down, without chatter.
         stance, swing: mean duration of complete stances or swings, s; None if there are none.
+        touches: touches per stride, including chatter; None without a stride.
     """
 
     name: str
@@ -47,6 +47,7 @@ class Foot:
     touch_downs: tuple[int, ...]
     stance: float | None
     swing: float | None
+    touches: float | None = None
 
     @property
     def steps(self) -> bool:
@@ -63,31 +64,46 @@ class Stride:
         frequency: strides per second, Hz.
         periodicity: autocorrelation of the contacts at the lag of a stride; 1 if all strides are
             equal.
+        commanded: whether the gait commands the frequency; if not, it is estimated.
     """
 
     frames: float
     frequency: float
     periodicity: float
+    commanded: bool = False
 
 
 def feet_of(
-    touching: Contacts, names: tuple[str, ...], frame_rate: float
+    touching: Contacts,
+    names: tuple[str, ...],
+    frame_rate: float,
+    *,
+    dynamic: bool = False,
+    commanded: float = 0.0,
 ) -> tuple[tuple[Foot, ...], Stride | None]:
-    """Return the steps of each foot, and their common stride; None if they are not periodic."""
-    lags, periodicity = stride_lag(touching[None], np.array([len(touching)]))
-    lag = int(lags[0])
-    shortest = max(1, round(CHATTER * lag))
-    clean = np.stack([without_chatter(foot, shortest) for foot in touching.T], axis=1)
+    """Return the steps of each foot, and their common stride; None if they are not periodic.
+
+    Args:
+        touching: whether each foot is on the ground.
+        names: names of the feet.
+        frame_rate: frames per second, Hz.
+        dynamic: whether the body is simulated with forces, so that its feet can bounce.
+        commanded: stride frequency that the gait commands, Hz; 0 if unknown.
+    """
+    upright = np.array([len(touching)]) if dynamic else None
+    found = Steps(touching[None], frame_rate, upright, np.array([commanded]))
+    frames = float(found.period[0])
+    touches = found.touches[0].tolist() if frames else [None] * len(names)
     feet = tuple(
-        _foot(name, raw, tidy, frame_rate)
-        for name, raw, tidy in zip(names, touching.T, clean.T, strict=True)
+        _foot(name, tidy, float(duty), frame_rate, each)
+        for name, tidy, duty, each in zip(
+            names, found.stance[0].T, found.duty_factor[0], touches, strict=True
+        )
     )
-    if not lag:
+    if not frames:
         return feet, None
-    intervals = np.array([b - a for foot in feet for a, b in pairwise(foot.touch_downs)])
-    near = intervals[np.abs(intervals - lag) <= lag / 2]
-    frames = float(near.mean()) if len(near) else float(lag)
-    return feet, Stride(frames, frame_rate / frames, float(periodicity[0]))
+    stride = Stride(frames, float(found.frequency[0]), float(found.regularity[0]), commanded > 0)
+    return feet, stride
 
 
 def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
@@ -97,37 +113,24 @@ def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
     return np.diff(edges), foot[edges[:-1]]
 
 
-def without_chatter(foot: Contacts, shortest: int) -> Contacts:
-    """Remove stances and swings shorter than `shortest` frames, the shortest ones first.
-
-    The first and the last one are kept, because they may be incomplete.
-    """
-    tidy = foot.copy()
-    while True:
-        lengths, _ = runs(tidy)
-        inner = lengths[1:-1]
-        if not len(inner) or inner.min() >= shortest:
-            return tidy
-        first = int(np.argmin(inner)) + 1
-        start = int(lengths[:first].sum())
-        tidy[start : start + lengths[first]] ^= True
-
-
-def _foot(name: str, raw: Contacts, tidy: Contacts, frame_rate: float) -> Foot:
-    lengths, stance = runs(tidy)
+def _foot(
+    name: str, stance: Contacts, duty_factor: float, frame_rate: float, touches: float | None
+) -> Foot:
+    lengths, stands = runs(stance)
     whole = np.zeros(len(lengths), dtype=bool)
     whole[1:-1] = True
-    touch_downs = np.flatnonzero(~tidy[:-1] & tidy[1:]) + 1
+    touch_downs = np.flatnonzero(~stance[:-1] & stance[1:]) + 1
 
     def mean(chosen: Contacts) -> float | None:
         return float(lengths[chosen].mean()) / frame_rate if chosen.any() else None
 
     return Foot(
         name,
-        float(raw.mean()),
+        duty_factor,
         tuple(touch_downs.tolist()),
-        mean(whole & stance),
-        mean(whole & ~stance),
+        mean(whole & stands),
+        mean(whole & ~stands),
+        touches,
     )
 
 
@@ -136,7 +139,8 @@ def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
 
     Every touch-down is placed in the stride of the first foot, from one of its touch-downs to the
     next, as in Hildebrand (1965, Science 150:701). Before the first and after the last touch-down
-    of that foot, strides have the mean length.
+    of that foot, strides have the mean length. If the gait commands the frequency, all strides have
+    the commanded length.
 
     Args:
         feet: steps of each foot; the first foot that steps is the reference.
@@ -152,11 +156,15 @@ def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
     if first is None:
         return phases, consistency
     starts = np.array(first.touch_downs, dtype=np.float64)
+    if stride.commanded:
+        starts = starts[:1]
     for number, foot in enumerate(feet):
         if foot.steps:
             passed = _strides_passed(np.array(foot.touch_downs, dtype=np.float64), starts, stride)
             phases[number], consistency[number] = circular_mean(passed)
-    if len(starts) > 1:
+    if stride.commanded:
+        phases = _wrap_to_cycle(phases - phases[feet.index(first)])
+    elif len(starts) > 1:
         # A foot is always in phase with itself, so use the regularity of its strides instead.
         even = starts / stride.frames
         consistency[feet.index(first)] = circular_mean(even - np.arange(len(even)))[1]

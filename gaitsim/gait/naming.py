@@ -19,6 +19,7 @@ _WEAK = 0.05  # motion below which a point is ignored, as a share of the fastest
 SLIDING = 1.0  # slip ratio from which sliding explains the travel
 CARRIED = 0.8  # share of the weight on the feet below which other parts carry the body
 LEAP = 0.25  # share of the path in one flight; with four strides or more, each flight is shorter
+CHATTER = 1.5  # touches per foot and stride from which a gait chatters
 UNSUPPORTED = 0.1  # share of the path from which unsupported travel is flagged
 
 
@@ -162,6 +163,19 @@ def leap(touching: Contacts, path: Floats, length: float, frame_rate: float) -> 
         "leap",
         f"one flight of {lengths[far] / frame_rate:.2f} s covers {flown[far]:.2f} m, "
         f"{100 * flown[far] / along[-1]:.0f} % of the path",
+    )
+
+
+def chatter(feet: tuple[Foot, ...]) -> str:
+    """Return a sentence about feet that touch the ground several times per stride, or ''."""
+    touches = [0.0 if foot.touches is None else foot.touches for foot in feet]
+    mean, most = sum(touches) / len(feet), max(touches)
+    if mean < CHATTER:
+        return ""
+    return (
+        f"The gait chatters: the feet touch the ground {mean:.1f} times per stride, "
+        f"{feet[touches.index(most)].name} {most:.1f} times. Contacts this brief depend on the "
+        "simulated contact."
     )
 
 

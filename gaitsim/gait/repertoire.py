@@ -13,8 +13,9 @@ from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
 from gaitsim.gait.feet import Floats, body_order, feet_of, phases_of
 from gaitsim.gait.naming import NONE, Name, name_of
-from gaitsim.gait.report import relative_feet, stands
+from gaitsim.gait.report import commands_frequency, relative_feet, stands
 from gaitsim.gait.travel import frames_in
+from gaitsim.legged.stepping import STRIDE_FREQUENCY
 from gaitsim.registry import plugin_errors
 
 _SAMPLES = 9  # number of individuals whose skeletons give the layout of the feet
@@ -127,13 +128,23 @@ def _name_gaits(
     order = body_order(places[None])
     ordered = tuple(names[index] for index in order)
     lasted = _lasted(experiment, motion)
+    frequency = np.zeros(len(stance))
+    if commands_frequency(experiment.organism):
+        with plugin_errors(experiment.entries["organism"], "computing a channel"):
+            frequency = np.asarray(motion[STRIDE_FREQUENCY], np.float64)
     gaits = []
     for index, touching in enumerate(stance):
         if index in motion.failures:
             gaits.append(RepertoireGait(Name(NONE, "the motion failed"), float("nan"), None))
             continue
         upright = slice(None if lasted is None else frames_in(lasted[index], motion.frame_rate))
-        feet, stride = feet_of(touching[upright, order], ordered, motion.frame_rate)
+        feet, stride = feet_of(
+            touching[upright, order],
+            ordered,
+            motion.frame_rate,
+            dynamic=experiment.organism.dynamic,
+            commanded=float(frequency[index]),
+        )
         phases = consistency = np.full(len(feet), np.nan)
         if stride is not None:
             phases, consistency = phases_of(feet, stride)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim.contracts import Array, Skeleton
+from gaitsim.contracts import Array, Organism, Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import naming
+from gaitsim.gait.effort import Effort
 from gaitsim.gait.feet import (
     Contacts,
     Floats,
@@ -34,6 +35,7 @@ from gaitsim.gait.travel import (
     trunk,
 )
 from gaitsim.individual import Individual, Measurement
+from gaitsim.legged.stepping import STRIDE_FREQUENCY
 from gaitsim.registry import contract_error, plugin_errors
 
 
@@ -77,6 +79,8 @@ class GaitAnalysis:
         distances: rms distance to each reference gait, cycles; {} if the gait was not compared.
         flags: signs of exploits.
         missing: results that are not available, with reasons.
+        effort: torque of the servos; None if the body does not measure it.
+        warnings: sentences about chatter and about servos that overheat.
     """
 
     frame_rate: float
@@ -86,6 +90,8 @@ class GaitAnalysis:
     distances: Mapping[str, float]
     flags: tuple[Flag, ...]
     missing: tuple[str, ...]
+    effort: Effort | None = None
+    warnings: tuple[str, ...] = ()
 
 
 def analyse_gait(
@@ -96,6 +102,8 @@ def analyse_gait(
     margin: Floats | None = None,
     measured: Mapping[str, float] = NONE,
     carried: Floats | None = None,
+    stride_frequency: float = 0.0,
+    effort: Effort | None = None,
 ) -> GaitAnalysis:
     """Analyse one individual's gait.
 
@@ -109,6 +117,8 @@ def analyse_gait(
             `climb`, `yaw` and `slip ratio` replace values computed from the skeleton. `cost of
             transport` and `lasted`, the time before a fall, are not available from a skeleton.
         carried: share of the weight that the feet carry, (frames,), for a body in physics.
+        stride_frequency: stride frequency that the gait commands, Hz; 0 if unknown.
+        effort: torque of the servos, if the body measures it.
     """
     path, turned = skeleton.path.astype(np.float64), heading(trunk(skeleton))
     travel = travel_of(skeleton, joint_angles, measured)
@@ -137,7 +147,9 @@ def analyse_gait(
     touching = skeleton.touching[upright, order]
     unordered = skeleton.contact_names or tuple(f"foot {n + 1}" for n in range(len(order)))
     names = tuple(unordered[index] for index in order)
-    feet, stride = feet_of(touching, names, skeleton.frame_rate)
+    feet, stride = feet_of(
+        touching, names, skeleton.frame_rate, dynamic=dynamic, commanded=stride_frequency
+    )
     phases = consistency = np.full(len(feet), np.nan)
     if stride is not None:
         phases, consistency = phases_of(feet, stride)
@@ -169,6 +181,7 @@ def analyse_gait(
         None if carried is None else naming.not_on_feet(carried[upright]),
     )
     missing = () if joint_angles is not None else ("joint travel: the body has no joint angles",)
+    warnings = (naming.chatter(feet) if dynamic else "", effort.warning if effort else "")
     return GaitAnalysis(
         skeleton.frame_rate,
         travel,
@@ -177,6 +190,8 @@ def analyse_gait(
         distances,
         tuple(flag for flag in flags if flag),
         missing,
+        effort,
+        tuple(filter(None, warnings)),
     )
 
 
@@ -207,7 +222,27 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
         margin=_own_margin(individual),
         measured=_measured(individual),
         carried=_carried(individual),
+        stride_frequency=commanded_frequency(individual),
+        effort=effort_of(individual),
     )
+
+
+EFFORT = ("torque", "stall_torque", "rms_torque", "continuous_torque")
+"""Channels of a body that measures the torque of its servos, over joints, in N m."""
+
+
+def effort_of(individual: Individual) -> Effort | None:
+    """Return the torque of the servos; None if the body lacks one of the channels `EFFORT`."""
+    organism = individual.experiment.organism
+    found = [organism.channels.get(name) for name in EFFORT]
+    if any(one is None or one.axes[-1:] != ("joints",) or one.unit != "N m" for one in found):
+        return None
+    torque, stall, rms, continuous = (_channel(individual, name) for name in EFFORT)
+    shares = [
+        np.divide(values, stall, out=np.zeros_like(stall), where=stall > 0)
+        for values in (torque.max(axis=0), rms, continuous)
+    ]
+    return Effort(tuple(organism.joint_names()), *shares)
 
 
 def vertical_loads(individual: Individual) -> Floats | None:
@@ -226,6 +261,18 @@ def weight_of(individual: Individual) -> float | None:
     """Return the weight of the body, N; None if it has no channel `weight` with a single value."""
     channel = individual.experiment.organism.channels.get("weight")
     return float(_channel(individual, "weight")) if channel and channel.axes == () else None
+
+
+def commanded_frequency(individual: Individual) -> float:
+    """Return the stride frequency that the gait commands, Hz; 0 if unknown."""
+    known = commands_frequency(individual.experiment.organism)
+    return float(_channel(individual, STRIDE_FREQUENCY)) if known else 0.0
+
+
+def commands_frequency(organism: Organism) -> bool:
+    """Return whether the motion of a body has the stride frequency that its gait commands."""
+    channel = organism.channels.get(STRIDE_FREQUENCY)
+    return channel is not None and channel.axes == () and channel.unit == "Hz"
 
 
 def frames_before_fall(individual: Individual) -> int:
@@ -336,6 +383,12 @@ def quantities(gait: GaitAnalysis) -> dict[str, Measurement]:
         rows.append(("cost of transport", cost, "", "work over weight times displacement"))
     if travel.lasted is not None:
         rows.append(("lasted", travel.lasted, "s", "time before a fall, or the whole motion"))
+    if gait.effort is not None:
+        effort = gait.effort
+        rows += [
+            ("peak torque", effort.peak.max(), "", effort.peak_in_words),
+            ("RMS torque", effort.rms.max(), "", effort.rms_in_words),
+        ]
     return {
         name: Measurement(
             math.nan if value is None else float(value) * SCALES.get(unit, 1.0), unit, meaning

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.changed import QuantityPair, compare_bodies, engine_of
+from gaitsim.gait.effort import Effort
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
@@ -93,14 +94,25 @@ def gait_to_dict(found: GaitAnalysis) -> dict[str, Any]:
         **{f"name_{key}": value for key, value in named.items()},
         "distances": dict(found.distances),
         "flags": [asdict(flag) for flag in found.flags],
+        "warnings": list(found.warnings),
         "missing": list(found.missing),
         "frame_rate": found.frame_rate,
         "travel": asdict(found.travel),
+        "effort": _effort(found.effort) if found.effort else None,
         **(
             _footfalls(found.footfalls, pattern)
             if found.footfalls
             else dict.fromkeys(("stride", "feet", "stability", "slip"))
         ),
+    }
+
+
+def _effort(found: Effort) -> dict[str, dict[str, float]]:
+    """Return the peak, RMS and continuous torque by joint, as shares of the stall torque."""
+    values = zip(found.joints, found.peak, found.rms, found.continuous, strict=True)
+    return {
+        joint: {"peak": float(peak), "rms": float(rms), "continuous": float(continuous)}
+        for joint, peak, rms, continuous in values
     }
 
 

@@ -11,16 +11,25 @@ from gaitsim.legged.conditions import (
 )
 from gaitsim.legged.damage import Damage, Kind, parse_damage
 from gaitsim.legged.servos import SERVOS, Servo, commands_at, delay_angles, hold_commands
-from gaitsim.legged.stepping import BODY_HEIGHT, stepping_measures
+from gaitsim.legged.stepping import (
+    BODY_HEIGHT,
+    STRIDE_FREQUENCY,
+    STRIDE_FREQUENCY_CHANNEL,
+    angles_frequency,
+    stepping_measures,
+)
 
 __all__ = [
     "BODY_HEIGHT",
     "CONDITIONS",
     "DAMAGE_HELP",
     "SERVOS",
+    "STRIDE_FREQUENCY",
+    "STRIDE_FREQUENCY_CHANNEL",
     "Damage",
     "Kind",
     "Servo",
+    "angles_frequency",
     "commands_at",
     "condition_rng",
     "conditions",

@@ -106,6 +106,8 @@ class Servo:
         damping: torque per speed, N m s/rad.
         armature: inertia of rotor and gears at the shaft, kg m².
         source: source of the values.
+        continuous: share of the stall torque that it can deliver for long without overheating; 0 if
+            unknown.
         bus: type of its commands: 'pwm' pulses, or the packets of a servo family; '' if unknown.
         travel: range from one end to the other, rad; the centre is in the middle.
         ticks: number of goal positions, counted from 0, of a servo on a bus; 0 for others.
@@ -120,6 +122,7 @@ class Servo:
     damping: float
     armature: float
     source: str
+    continuous: float = 0.0
     bus: Bus = ""
     travel: float = math.inf
     ticks: int = 0
@@ -131,9 +134,26 @@ class Servo:
         return self.travel / 2 / self.tick if self.tick else 0.0
 
 
+CONTINUOUS = 0.2
+"""Continuous torque of a hobby servo as a share of its stall torque.
+
+Source: ROBOTIS, Torque Ratings (2020); likewise the e-Manuals of AX-12A and AX-18A, by which loads
+of at most 1/5 of the stall torque allow stable motion. The data sheets of the other servos do not
+state a continuous torque.
+"""
+
+
 def _proportional(name: str, torque: float, speed: float, band: float, **data: Any) -> Servo:
     """Return a servo that applies its full voltage at position errors of at least `band`, rad."""
-    return Servo(name, torque, speed, stiffness=torque / band, damping=torque / speed, **data)
+    return Servo(
+        name,
+        torque,
+        speed,
+        stiffness=torque / band,
+        damping=torque / speed,
+        continuous=CONTINUOUS,
+        **data,
+    )
 
 
 SERVOS: Mapping[str, Servo] = {

@@ -3,11 +3,12 @@
 from collections.abc import Sequence
 from functools import cached_property, partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Measure
+from gaitsim.contracts import Channel, Measure
 from gaitsim.portable import arctan2, cos, sin
 
 Floats = NDArray[np.float64]
@@ -17,6 +18,7 @@ MIN_TOUCH_DOWNS = 2  # a foot with fewer touch-downs does not step
 MIN_STEPPING = 0.5  # share of the feet; there is no stride if fewer step
 CHATTER = 0.1  # share of a stride; shorter stances and swings are chatter
 MIN_AUTOCORRELATION = 0.4  # smallest autocorrelation at the lag of a stride
+MIN_MOTION = 0.1  # share of the largest range; joints that move less do not show the stride
 PEAK_SHARE = 0.8  # the first peak of at least this share of the highest peak is the stride
 
 
@@ -28,22 +30,17 @@ def touch_downs(stance: Contacts) -> Contacts:
     return downs
 
 
-def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> tuple[NDArray[np.intp], Floats]:
-    """Return the duration of a stride in whole frames, and the contacts' autocorrelation there.
+def estimate_period(correlation: Floats, frames: NDArray[np.intp]) -> Floats:
+    """Return the duration of a stride, (population,) frames; 0 without a stride.
 
-    A stride is the first high peak of the autocorrelation, at a lag of at most half the motion.
-    At least half of the feet must step.
+    A stride is the first high peak of the autocorrelation, at a lag of at most half the motion. Of
+    all durations within a frame of it, the one whose multiples have the highest mean
+    autocorrelation is chosen.
 
     Args:
-        stance: whether each foot is on the ground, (population, frames, feet).
-        frames: number of frames to use, from the first, (population,).
-
-    Returns:
-        Durations and autocorrelations, (population,) each; the duration is 0 for an individual
-        without a stride.
+        correlation: autocorrelation of the contacts, (population, lags).
+        frames: number of frames in use, (population,).
     """
-    steps = touch_downs(stance).sum(axis=1) >= MIN_TOUCH_DOWNS
-    correlation = _autocorrelation(stance, steps, frames)
     peak = np.zeros(correlation.shape, dtype=bool)
     inner = correlation[:, 2:-1]
     peak[:, 2:-1] = (inner >= correlation[:, 1:-2]) & (inner > correlation[:, 3:])
@@ -51,11 +48,20 @@ def stride_lag(stance: Contacts, frames: NDArray[np.intp]) -> tuple[NDArray[np.i
     height = np.where(peak, correlation, 0.0)
     highest = height.max(axis=1, initial=0.0)
     first = np.argmax(peak & (height >= PEAK_SHARE * highest[:, None]), axis=1)
-    found = (highest >= MIN_AUTOCORRELATION) & (steps.mean(axis=1) >= MIN_STEPPING)
-    return np.where(found, first, 0), correlation[np.arange(len(first)), first]
+    period = np.where(highest >= MIN_AUTOCORRELATION, first, 0).astype(np.float64)
+    for row in np.flatnonzero(period):
+        count = int(frames[row] // 2 // (first[row] + 1))
+        if count:
+            multiples = np.arange(1, count + 1)[:, None]
+            tried = first[row] + np.arange(-3 * count, 3 * count + 1) / (3 * count)
+            at = np.rint(multiples * tried).astype(np.intp)
+            mean = np.cumsum(correlation[row, at], axis=0)[-1]
+            best = np.flatnonzero(mean == mean.max())
+            period[row] = tried[best[len(best) // 2]]
+    return period
 
 
-def without_chatter(stance: Contacts, stride: NDArray[np.intp]) -> Contacts:
+def without_chatter(stance: Contacts, stride: NDArray[Any]) -> Contacts:
     """Remove swings, and then stances, that are shorter than a tenth of a stride.
 
     The first and the last phase of each foot are kept, as they may be incomplete.
@@ -71,26 +77,70 @@ def without_chatter(stance: Contacts, stride: NDArray[np.intp]) -> Contacts:
     return tidy
 
 
-def mean_stride(downs: Contacts, stride: NDArray[np.intp]) -> Floats:
-    """Return the mean duration of a stride, (population,) frames.
+GRAIN = 16  # steps between a share of 0 and of 1, so that sums of shares are whole numbers
 
-    It is the mean interval between successive touch-downs of a foot, counting only intervals of
-    0.5 to 1.5 times `stride`. Without such intervals it is `stride`.
+
+def one_stance_per_stride(stance: Contacts, period: Floats) -> Contacts:
+    """Keep one stance of each foot in each stride, however often the foot touches the ground.
+
+    The strides of a foot are separated half a cycle after the mean phase of its contacts. The
+    stance of a stride is the interval with the largest sum of s + p − 1 (a maximum subarray:
+    Bentley 1984, "Programming pearls: algorithm design techniques"), where s is 1 on the ground and
+    0 in the air, and p is the mean of s at the same phase of all strides. So it spans losses of
+    contact where the foot usually stands, and leaves out short touches.
 
     Args:
-        downs: whether each foot touches down, (population, frames, feet).
-        stride: duration of a stride in whole frames, (population,).
+        stance: whether each foot is on the ground, (population, frames, feet).
+        period: duration of a stride, frames, (population,).
     """
-    time = np.arange(downs.shape[1])
-    total, count = np.zeros((2, len(downs)))
-    for foot in range(downs.shape[2]):
-        before = _last_event(downs[..., foot])[:, :-1]
-        interval = time[1:] - before
-        chosen = downs[:, 1:, foot] & (before >= 0)
-        chosen &= np.abs(interval - stride[:, None]) <= stride[:, None] / 2
-        total += np.where(chosen, interval, 0).sum(axis=1)
-        count += chosen.sum(axis=1)
-    return np.divide(total, count, out=stride.astype(np.float64), where=count > 0)
+    population, frames, feet = stance.shape
+    course = np.arange(frames) / period[:, None]  # cycles
+    east, north = cos(2 * np.pi * course), sin(2 * np.pi * course)
+    bins = np.maximum(np.rint(period), 1.0)  # about a frame each
+    phase = (np.rint(course * bins[:, None]) % bins[:, None]).astype(np.intp)
+    phase += int(bins.max(initial=1.0)) * np.arange(population)[:, None]
+    count = np.bincount(phase.ravel())
+    single = np.empty_like(stance)
+    for foot in range(feet):
+        touching = stance[..., foot]
+        middle = arctan2((touching * north).sum(axis=1), (touching * east).sum(axis=1))
+        stride = np.floor(course - (middle / (2 * np.pi) - 0.5)[:, None]).astype(np.intp)
+        share = np.bincount(phase.ravel(), touching.ravel()) / np.maximum(count, 1)
+        worth = GRAIN * (touching - 1) + np.rint(GRAIN * share).astype(np.intp)[phase]
+        single[..., foot] = _largest_intervals(worth, stride)
+    return single
+
+
+def _largest_intervals(worth: NDArray[np.intp], stride: NDArray[np.intp]) -> Contacts:
+    """Return the interval with the largest sum in each stride, empty if no sum is positive.
+
+    Args:
+        worth: worth of each frame, −GRAIN to GRAIN, (population, frames).
+        stride: number of the stride of each frame, ascending, (population, frames).
+
+    Returns:
+        Whether each frame belongs to the interval of its stride, (population, frames).
+    """
+    population, frames = worth.shape
+    time, scale = np.arange(frames), frames + 1
+    above = scale * (2 * GRAIN * frames + 1)  # separates the strides in running minima and maxima
+    after = np.cumsum(worth, axis=1)
+    before = after - worth
+    # Each key has a value and the frame where it occurs; of equal values, the first one wins.
+    lowest = np.minimum.accumulate(before * scale + time - above * stride, axis=1)
+    least, start = np.divmod(lowest + above * stride, scale)
+    keys = (after - least) * scale + frames - time
+    highest = np.maximum.accumulate(keys + above * stride, axis=1)
+    best, end = np.divmod(highest - above * stride, scale)
+    last = np.ones(worth.shape, dtype=bool)
+    last[:, :-1] = stride[:, 1:] != stride[:, :-1]
+    row, column = np.nonzero(last & (best > 0))
+    to = frames - end[row, column]
+    edges = np.zeros((population, frames + 1), np.intp)
+    edges[row, start[row, to]] += 1
+    edges[row, to + 1] -= 1
+    chosen: Contacts = np.cumsum(edges, axis=1)[:, :-1] > 0
+    return chosen
 
 
 def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
@@ -117,11 +167,17 @@ def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
     return np.where(count > 0, np.where(cycles < 1 - 1e-9, cycles, 0.0), np.nan)
 
 
-def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]) -> Floats:
-    """Return Pearson's autocorrelation of contacts, (population, lags), over all stepping feet.
+def autocorrelation(stance: Contacts, frames: NDArray[np.intp]) -> Floats:
+    """Return Pearson's autocorrelation of contacts over all feet that step, (population, lags).
 
-    The lags are 0 to half the number of frames.
+    Args:
+        stance: whether each foot is on the ground, (population, frames, feet).
+        frames: number of frames to use, from the first, (population,).
+
+    Returns:
+        The autocorrelation at lags from 0 to half the number of frames.
     """
+    steps = _stepping(stance)
     population, length, feet = stance.shape
     lags = np.arange(length // 2 + 1)
     overlap = np.maximum(frames[:, None] - lags, 1)  # frames
@@ -142,6 +198,12 @@ def _autocorrelation(stance: Contacts, steps: Contacts, frames: NDArray[np.intp]
     covariance = counts - product
     scale = np.sqrt(np.maximum(now * later, 0.0))
     return np.divide(covariance, scale, out=np.zeros_like(covariance), where=scale > 0)
+
+
+def _stepping(stance: Contacts) -> Contacts:
+    """Return whether each foot steps, (population, feet)."""
+    steps: Contacts = touch_downs(stance).sum(axis=1) >= MIN_TOUCH_DOWNS
+    return steps
 
 
 def _fill_gaps(stance: Contacts, shortest: NDArray[np.floating]) -> Contacts:
@@ -168,6 +230,143 @@ def _next_event(event: Contacts) -> NDArray[np.intp]:
 
 DUTY = "duty factor"
 BODY_HEIGHT = "body height"
+STRIDE_FREQUENCY = "stride_frequency"
+STRIDE_FREQUENCY_CHANNEL = Channel(
+    (), "Hz", "strides per second that the gait commands; 0 if unknown"
+)
+"""Channel of a legged body, in which the analysis of a gait looks for its stride frequency."""
+
+
+class Steps:
+    """The steps of a population, without chatter.
+
+    With a known stride frequency, each foot has at most one stance in each stride. Without, the
+    frequency is estimated from the contacts, and only short stances and swings are removed.
+
+    Feet bounce on bodies in physics. A kinematic body touches the ground exactly as its gait
+    commands, so its duty factors include short contacts.
+
+    Args:
+        stance: whether each foot is on the ground, (population, frames, feet).
+        frame_rate: frames per second, Hz.
+        upright: number of frames before each individual's fall, (population,); None for a
+            kinematic body, which does not fall.
+        commanded: stride frequency that the gait commands, (population,) Hz, 0 if unknown; None if
+            it is unknown for all individuals.
+    """
+
+    def __init__(
+        self,
+        stance: Contacts,
+        frame_rate: float,
+        upright: NDArray[np.intp] | None = None,
+        commanded: Floats | None = None,
+    ) -> None:
+        population, frames, _ = stance.shape
+        self._frame_rate = frame_rate
+        self._frames = np.full(population, frames) if upright is None else upright
+        self._contacts = stance
+        self._bounces = upright is not None
+        if upright is not None:
+            self._contacts = stance & (np.arange(frames) < upright[:, None])[..., None]
+        self.commanded = np.zeros(population) if commanded is None else commanded
+
+    @cached_property
+    def _known(self) -> Contacts:
+        return np.asarray(self.commanded > 0)
+
+    @cached_property
+    def _correlation(self) -> Floats:
+        return autocorrelation(self._contacts, self._frames)
+
+    @cached_property
+    def _estimate(self) -> Floats:
+        """Duration of a stride, estimated from the contacts, (population,) frames."""
+        stepping = _stepping(self._contacts).mean(axis=1) >= MIN_STEPPING
+        return np.where(stepping, estimate_period(self._correlation, self._frames), 0.0)
+
+    @cached_property
+    def stance(self) -> Contacts:
+        """Whether each foot is in stance, (population, frames, feet)."""
+        known = self._known
+        tidy = np.empty_like(self._contacts)
+        if known.any():
+            period = self._frame_rate / self.commanded[known]
+            single = one_stance_per_stride(self._contacts[known], period)
+            tidy[known] = without_chatter(single, period)
+        if not known.all():
+            tidy[~known] = without_chatter(self._contacts[~known], self._estimate[~known])
+        return tidy
+
+    @cached_property
+    def downs(self) -> Contacts:
+        """Whether each foot begins a stance in each frame, (population, frames, feet)."""
+        return touch_downs(self.stance)
+
+    @cached_property
+    def period(self) -> Floats:
+        """Duration of a stride, (population,) frames; 0 if fewer than half of the feet step."""
+        stepping = _stepping(self.stance).mean(axis=1) >= MIN_STEPPING
+        period = np.zeros(len(stepping))
+        np.divide(self._frame_rate, self.commanded, out=period, where=self._known & stepping)
+        if not self._known.all():
+            period = np.where(self._known, period, self._estimate)
+        return period
+
+    @cached_property
+    def frequency(self) -> Floats:
+        """Strides per second, (population,) Hz; 0 if fewer than half of the feet step."""
+        period = self.period
+        found = np.divide(self._frame_rate, period, out=np.zeros(len(period)), where=period > 0)
+        return np.where(self._known & (period > 0), self.commanded, found)
+
+    @cached_property
+    def regularity(self) -> Floats:
+        """Autocorrelation of the contacts at the duration of a stride, (population,)."""
+        lags = np.rint(self.period).astype(np.intp)
+        last = self._correlation.shape[1] - 1
+        return np.asarray(self._correlation[np.arange(len(lags)), np.minimum(lags, last)])
+
+    @cached_property
+    def duty_factor(self) -> Floats:
+        """Share of the time that each foot is in stance, (population, feet)."""
+        counted = self.stance if self._bounces else self._contacts
+        return np.asarray(counted.sum(axis=1) / self._frames[:, None])
+
+    @cached_property
+    def touches(self) -> Floats:
+        """Touches of each foot per stride, (population, feet); NaN without a stride.
+
+        A stride that the foot spends on the ground or in the air, without touching down, counts as
+        one touch, so 1 is a foot without chatter.
+        """
+        extra = touch_downs(self._contacts).sum(axis=1) - self.downs.sum(axis=1)
+        strides = np.full(len(extra), np.nan)
+        np.divide(self._frames, self.period, out=strides, where=self.period > 0)
+        return np.asarray(1 + extra / strides[:, None])
+
+    def phase_lag(self, pairs: Sequence[tuple[int, int]]) -> Floats:
+        """Return the phase of feet in the strides of others, (population,); see `phase_lag`."""
+        return np.where(self.period > 0, phase_lag(self.downs, pairs), np.nan)
+
+
+def angles_frequency(joint_angles: NDArray[np.floating[Any]], frame_rate: float) -> Floats:
+    """Return the stride frequency of joint angles, (population,) Hz; 0 if they are not periodic.
+
+    It is the frequency at which joints cross the middle of their range, found like that of contacts
+    (`estimate_period`). Joints with less than a tenth of the largest range are not counted.
+
+    Args:
+        joint_angles: joint angles, (population, frames, joints) rad.
+        frame_rate: frames per second, Hz.
+    """
+    found = np.zeros(len(joint_angles))
+    for index, angles in enumerate(joint_angles):
+        low, high = angles.min(axis=0), angles.max(axis=0)
+        moving = high - low > MIN_MOTION * (high - low).max()
+        beyond = angles[:, moving] > ((low + high) / 2)[moving]
+        found[index] = Steps(beyond[None], frame_rate).frequency[0] if moving.any() else 0.0
+    return found
 
 
 def stepping_measures(
@@ -177,16 +376,21 @@ def stepping_measures(
     *,
     sides: Sequence[Sequence[str]] = (),
     upright: NDArray[np.intp] | None = None,
+    commanded: Floats | None = None,
 ) -> dict[str, Measure]:
     """Return measures of the steps of legs.
 
-    - `duty factor`: mean share of the time that a foot is on the ground (Alexander 1984, "The gaits
+    - `duty factor`: mean share of the time that a foot is in stance (Alexander 1984, "The gaits
       of bipedal and quadrupedal animals"). Each foot also has its own measure, such as
       'duty factor L1'.
-    - `stride frequency`: strides per second; 0 without a stride (see `rhythm.stride_lag`).
+    - `stride frequency`: strides per second; 0 if fewer than half of the feet step.
     - `phase lag`: phase at which a foot touches down in the stride of the foot in front of it on
       the same side, in cycles from 0 to 1 (Hildebrand 1965, "Symmetrical gaits of horses"). This is
       the circular mean over all strides and pairs; NaN without a stride. Only with `sides`.
+    - `chatter`: touches per foot and stride beyond the first; NaN without a stride. Only with
+      `upright`, for bodies in physics.
+
+    `Steps` describes stances and strides, and the arguments that are not listed here.
 
     Args:
         stance: whether each foot is on the ground, (population, frames, feet), in the order of
@@ -194,78 +398,44 @@ def stepping_measures(
         legs: names of the legs.
         frame_rate: frames per second, Hz.
         sides: names of the legs on each side, front to back.
-        upright: number of frames before each individual's fall, (population,); None if no
-            individual falls.
+        upright: number of frames before each individual's fall; None for a kinematic body.
+        commanded: stride frequency that the gait commands, Hz.
     """
-    steps = _Steps(stance, frame_rate, upright)
+    steps = Steps(stance, frame_rate, upright, commanded)
     pairs = [
         (legs.index(front), legs.index(rear)) for side in sides for front, rear in pairwise(side)
     ]
     mean = Measure(
-        steps.mean, "", "share of the time that a foot is on the ground, averaged over the feet"
+        lambda: steps.duty_factor.mean(axis=1),
+        "",
+        "share of the time that a foot is in stance, averaged over the feet",
     )
-    frequency = Measure(steps.frequency, "Hz", "strides per second; 0 without a stride")
+    frequency = Measure(lambda: steps.frequency, "Hz", "strides per second; 0 without a stride")
     lag = Measure(
-        partial(steps.lag, pairs),
+        partial(steps.phase_lag, pairs),
         "cycles",
         "mean phase of a foot's touch-downs in the stride of the next foot in front of it",
+    )
+    chatter = Measure(
+        lambda: steps.touches.mean(axis=1) - 1,
+        "",
+        "touches per foot and stride beyond the first; 0 for feet that do not bounce",
     )
     return {
         DUTY: mean,
         **{
             f"{DUTY} {name}": Measure(
-                partial(steps.duty_factor, leg),
+                partial(_duty_factor, steps, leg),
                 "",
-                f"share of the time that the foot of {name} is on the ground",
+                f"share of the time that the foot of {name} is in stance",
             )
             for leg, name in enumerate(legs)
         },
         "stride frequency": frequency,
         **({"phase lag": lag} if pairs else {}),
+        **({} if upright is None else {"chatter": chatter}),
     }
 
 
-class _Steps:
-    """Values from which the measures are computed, cached."""
-
-    def __init__(
-        self, stance: NDArray[np.bool_], frame_rate: float, upright: NDArray[np.intp] | None
-    ) -> None:
-        self._contacts, self._frame_rate, self._upright = stance, frame_rate, upright
-
-    @cached_property
-    def _frames(self) -> NDArray[np.intp]:
-        population, frames, _ = self._contacts.shape
-        return np.full(population, frames) if self._upright is None else self._upright
-
-    @cached_property
-    def _stance(self) -> NDArray[np.bool_]:
-        if self._upright is None:
-            return self._contacts
-        before = np.arange(self._contacts.shape[1]) < self._upright[:, None]
-        return self._contacts & before[..., None]
-
-    @cached_property
-    def _stride(self) -> NDArray[np.intp]:
-        return stride_lag(self._stance, self._frames)[0]
-
-    @cached_property
-    def _downs(self) -> NDArray[np.bool_]:
-        return touch_downs(without_chatter(self._stance, self._stride))
-
-    @cached_property
-    def _shares(self) -> Floats:
-        return np.asarray(self._stance.sum(axis=1) / self._frames[:, None])
-
-    def mean(self) -> Floats:
-        return np.asarray(self._shares.mean(axis=1))
-
-    def duty_factor(self, leg: int) -> Floats:
-        return self._shares[:, leg]
-
-    def frequency(self) -> Floats:
-        frames = mean_stride(self._downs, self._stride)
-        return np.divide(self._frame_rate, frames, out=np.zeros(len(frames)), where=frames > 0)
-
-    def lag(self, pairs: Sequence[tuple[int, int]]) -> Floats:
-        return np.where(self._stride > 0, phase_lag(self._downs, pairs), np.nan)
+def _duty_factor(steps: Steps, leg: int) -> Floats:
+    return np.asarray(steps.duty_factor[:, leg])

@@ -10,7 +10,12 @@ from numpy.typing import NDArray
 from gaitsim.errors import NothingToPlotError
 from gaitsim.gait.feet import feet_of
 from gaitsim.gait.repertoire import RepertoireGait, gaits_of, patterns
-from gaitsim.gait.report import frames_before_fall, vertical_loads, weight_of
+from gaitsim.gait.report import (
+    commanded_frequency,
+    frames_before_fall,
+    vertical_loads,
+    weight_of,
+)
 from gaitsim.individual import Individual, Member
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.data import require_archive, window_slice
@@ -55,7 +60,13 @@ def footfall_figure(
     if window is None and max(landings) < 2:
         part = window_slice(frames, rate, None)
     shown = touching[part]
-    steps, _ = feet_of(touching[:upright], names, rate)
+    steps, _ = feet_of(
+        touching[:upright],
+        names,
+        rate,
+        dynamic=individual.experiment.organism.dynamic,
+        commanded=commanded_frequency(individual),
+    )
     with styled(theme):
         figure = Figure(figsize=(WIDTH, 0.8 + 0.17 * max(3, len(names))))
         axes = figure.subplots()

@@ -201,11 +201,14 @@ class Encoding:
             frequency,
         )
 
-    def commands(self, genomes: Genomes, frames: int) -> Floats:
-        """Return the commands to the servos, (population, frames, joints) rad.
+    def commands(self, genomes: Genomes, frames: int) -> tuple[Floats, Floats]:
+        """Return the commands to the servos, and the stride frequency.
 
         The commands start in the standing pose, and stay within the limits of the joints and
         `top_speed` for any genome. A step cycle that is too fast for the servos is slowed down.
+
+        Returns:
+            The commands, (population, frames, joints) rad, and the frequency, (population,) Hz.
         """
         names = [group.name for group in self.groups]
         values = dict(zip(names, split_genomes(genomes, self.groups), strict=True))
@@ -213,12 +216,12 @@ class Encoding:
         lag = values["lag"][:, 0] if "lag" in values else np.zeros(population)
         phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
         play = self._play_steps if self.kind == "steps" else self._play_oscillators
-        angles = play(values, phase, frames)
+        angles, frequency = play(values, phase, frames)
         angles *= np.clip(np.arange(frames) / (RAMP_TIME * FRAME_RATE), 0, 1)[:, None]
         angles += self._standing
         np.clip(angles, *self._limits, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
-        return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64)
+        return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64), frequency
 
     def starts(self) -> dict[str, Floats]:
         """Return gaits made by hand, by name, as genomes (genes,).
@@ -300,8 +303,10 @@ class Encoding:
             *shared,
         )
 
-    def _play_steps(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
-        """Return step cycles relative to the standing pose, (population, frames, joints) rad."""
+    def _play_steps(
+        self, values: dict[str, Floats], phase: Floats, frames: int
+    ) -> tuple[Floats, Floats]:
+        """Return step cycles relative to the standing pose, and their frequency, as `commands`."""
         cycles = [self._cycle(values, phase, leg) for leg in range(len(self.chains))]
         frequency = values["frequency"]
         speed = [fastest_turn(angles) for angles in cycles]
@@ -312,8 +317,7 @@ class Encoding:
             interpolate_cycle(angles, course + phase[:, [leg]] / (2 * math.pi))
             for leg, angles in enumerate(cycles)
         ]
-        angles: Floats = np.concatenate(played, axis=2) - self._standing
-        return angles
+        return np.concatenate(played, axis=2) - self._standing, frequency[:, 0]
 
     def _cycle(self, values: dict[str, Floats], phase: Floats, leg: int) -> Floats:
         """Return one leg's joint angles over its cycle, (population, SAMPLES, its joints) rad."""
@@ -334,8 +338,10 @@ class Encoding:
         chain = self.chains[leg]
         return cycle_angles(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
 
-    def _play_oscillators(self, values: dict[str, Floats], phase: Floats, frames: int) -> Floats:
-        """Return oscillations relative to the standing pose, (population, frames, joints) rad."""
+    def _play_oscillators(
+        self, values: dict[str, Floats], phase: Floats, frames: int
+    ) -> tuple[Floats, Floats]:
+        """Return oscillations relative to the standing pose, and their frequency, as `commands`."""
         of_joints = np.repeat(
             np.arange(len(self.chains)), [len(chain.zero) for chain in self.chains]
         )
@@ -361,7 +367,7 @@ class Encoding:
         else:
             angles = oscillators.sine(amplitude, phase, delay, frequency)
         angles += offset[:, :, None]
-        return np.ascontiguousarray(angles.swapaxes(1, 2), np.float64)
+        return np.ascontiguousarray(angles.swapaxes(1, 2), np.float64), frequency
 
     @cached_property
     def _size(self) -> float:

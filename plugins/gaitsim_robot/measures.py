@@ -7,7 +7,7 @@ from typing import get_args
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion
-from gaitsim.legged import BODY_HEIGHT, stepping_measures
+from gaitsim.legged import BODY_HEIGHT, STRIDE_FREQUENCY, stepping_measures
 from gaitsim.portable import arccos, cos, norm
 from gaitsim_robot.anatomy import Floats, Leg, Side
 
@@ -75,7 +75,14 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
         "peak torque": Measure(
             ratio(torque, motion["stall_torque"]).max(axis=1),
             "",
-            "largest mean torque of a frame as a share of the stall torque; 0 if unknown",
+            "largest mean torque of a frame (20 ms) as a share of the stall torque: 1 is at stall; "
+            "0 if unknown",
+        ),
+        "RMS torque": Measure(
+            ratio(motion["rms_torque"], motion["stall_torque"]).max(axis=1),
+            "",
+            "root mean square torque of the most loaded joint as a share of its stall torque; 0 if "
+            "unknown",
         ),
         "slip ratio": Measure(
             ratio(total(motion["slip"]), path, math.inf),
@@ -88,6 +95,7 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
             motion.frame_rate,
             sides=[[leg.name for leg in legs if leg.side == side] for side in get_args(Side)],
             upright=upright.sum(axis=1),
+            commanded=motion[STRIDE_FREQUENCY],
         ),
         BODY_HEIGHT: Measure(
             _mean(motion["height"], upright), "m", "mean height of the trunk's origin above ground"

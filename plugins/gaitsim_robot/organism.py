@@ -28,7 +28,14 @@ from gaitsim.contracts import (
 )
 from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
-from gaitsim.legged import DAMAGE_HELP, Damage, parse_damage
+from gaitsim.legged import (
+    DAMAGE_HELP,
+    STRIDE_FREQUENCY,
+    STRIDE_FREQUENCY_CHANNEL,
+    Damage,
+    angles_frequency,
+    parse_damage,
+)
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
@@ -62,6 +69,12 @@ CHANNELS: Mapping[str, Channel] = {
         ("frames", "joints"), "N m", "mean magnitude of the torque since the previous frame"
     ),
     "stall_torque": Channel(("joints",), "N m", "largest torque of the servos; 0 if unknown"),
+    "rms_torque": Channel(
+        ("joints",), "N m", "root mean square of the torque in each physics step, until the fall"
+    ),
+    "continuous_torque": Channel(
+        ("joints",), "N m", "torque of the servos without overheating; 0 if unknown"
+    ),
     "torso": Channel(
         ("frames", XYZ), "m", "origin of the trunk, relative to the ground below its start"
     ),
@@ -87,6 +100,7 @@ CHANNELS: Mapping[str, Channel] = {
     "energy": Channel(
         ("frames",), "J", "work of the servos since the start; braking counts as positive"
     ),
+    STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
     "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
     "weight": Channel((), "N", "weight of the whole robot"),
     "length": Channel((), "m", "length of the trunk; with two legs, at least that of a leg"),
@@ -310,7 +324,7 @@ class Robot(Organism):
 
     def move(self, genomes: Genomes) -> Motion:
         """Simulate the walk of each individual separately."""
-        return self._walk(self._encoding.commands(genomes, self.frames))
+        return self._walk(*self._encoding.commands(genomes, self.frames))
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with the given servo commands, clipped to the limits of the joints.
@@ -321,7 +335,8 @@ class Robot(Organism):
         """
         check_joint_angles(joint_angles, len(self.anatomy.joints))
         lower, upper = np.array(joint_ranges(self.text, self.anatomy)).T
-        return self._walk(np.clip(joint_angles.astype(np.float64), lower, upper))
+        angles = np.clip(joint_angles.astype(np.float64), lower, upper)
+        return self._walk(angles, angles_frequency(angles, FRAME_RATE))
 
     def physics_engine(self) -> str:
         """Return 'mujoco' or 'pybullet'."""
@@ -339,12 +354,12 @@ class Robot(Organism):
         """Return the joints of each leg by its name: L1, R1 …, or M1 … in the middle."""
         return {leg.name: leg.joints for leg in self.anatomy.legs}
 
-    def _walk(self, angles: Array) -> Motion:
+    def _walk(self, angles: Array, frequency: Array) -> Motion:
         from gaitsim_robot import bullet, rollout
         from gaitsim_robot.rollout import walk
 
         engines = {"mujoco": rollout.roll_out, "bullet": bullet.roll_out}
-        return walk(self.simulation, angles, engines[self.engine])
+        return walk(self.simulation, angles, engines[self.engine], frequency)
 
     def conditions(self) -> Mapping[str, Condition]:
         """Return the conditions: ground, masses, servos, initial pose and pushes."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
-from gaitsim.legged import commands_at
+from gaitsim.legged import STRIDE_FREQUENCY, commands_at
 from gaitsim.portable import arcsin, arctan2, norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
@@ -63,6 +63,8 @@ class Record:
         qvel: velocities, (population, frames, nv).
         torque: mean magnitude of the torque since the previous frame, (population, frames, joints)
             N m.
+        square: mean square of the torque since the previous frame, (population, frames, joints)
+            N² m².
         load: mean force of the ground on each foot since the previous frame,
             (population, frames, feet, 3) N.
         slide: slide of each foot's strongest contact since the previous frame,
@@ -77,6 +79,7 @@ class Record:
     qpos: Floats
     qvel: Floats
     torque: Floats
+    square: Floats
     load: Floats
     slide: Floats
     feet: Floats
@@ -134,6 +137,7 @@ def empty_record(simulation: Simulation, population: int, frames: int) -> Record
         np.zeros((population, frames, model.nq)),
         np.zeros((population, frames, model.nv)),
         np.zeros((population, frames, joints)),
+        np.zeros((population, frames, joints)),
         np.zeros((population, frames, feet, 3)),
         np.zeros((population, frames, feet)),
         np.zeros((population, frames, feet, 3)),
@@ -184,6 +188,7 @@ def record_segment(
 
     torque = np.abs(during(simulation.torque))
     record.torque[active, after] = torque.mean(axis=2)
+    record.square[active, after] = np.square(torque).mean(axis=2)
     record.load[active, after] = during(simulation.load).mean(axis=2)
     slide = during(simulation.slide[:, 1:])
     step = model.opt.timestep
@@ -221,17 +226,23 @@ def _freeze(record: Record, individual: int, frame: int) -> None:
     still = max(frame - 1, 0)
     for kept in (record.qpos, record.feet, record.work):
         kept[individual, frame:] = kept[individual, still]
-    for ended in (record.qvel, record.torque, record.load, record.slide):
+    for ended in (record.qvel, record.torque, record.square, record.load, record.slide):
         ended[individual, frame:] = 0.0
 
 
-def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -> Motion:
+def walk(
+    simulation: Simulation,
+    commands: Floats,
+    engine: RollOut = roll_out,
+    frequency: Floats | None = None,
+) -> Motion:
     """Return the motion of robots whose servos follow commands.
 
     Args:
         simulation: simulation of one robot.
         commands: commands to the servos of the legs, (population, frames, joints) rad.
         engine: function that simulates the robots.
+        frequency: stride frequency of the commands, (population,) Hz; None if unknown.
     """
     record = engine(simulation, commands)
     held = commands.copy()
@@ -250,6 +261,8 @@ def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -
             "joint_velocities": qvel[..., simulation.dof],
             "torque": record.torque,
             "stall_torque": np.tile(simulation.stall_torque, (len(commands), 1)),
+            "rms_torque": _rms_torque(record),
+            "continuous_torque": np.tile(_continuous_torque(simulation), (len(commands), 1)),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
             "orientation": orientation(simulation.turn(qpos[..., 3:7])),
@@ -259,6 +272,7 @@ def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -
             "load": record.load,
             "slip": _slip(record, stance),
             "energy": record.work,
+            STRIDE_FREQUENCY: np.zeros(len(commands)) if frequency is None else frequency,
             "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
             "weight": np.full(len(commands), _weight(simulation)),
             "length": np.full(len(commands), simulation.anatomy.length),
@@ -266,6 +280,19 @@ def walk(simulation: Simulation, commands: Floats, engine: RollOut = roll_out) -
         },
         failures=record.failures,
     )
+
+
+def _rms_torque(record: Record) -> Floats:
+    """Return the root mean square torque until the fall, (population, joints) N m."""
+    intervals = np.maximum(record.lasted - 1, 1)
+    found: Floats = np.sqrt(record.square.sum(axis=1) / intervals[:, None])
+    return found
+
+
+def _continuous_torque(simulation: Simulation) -> Floats:
+    """Return the torque that servos can deliver continuously, (joints,) N m; 0 if unknown."""
+    servos = [simulation.servos[name] for name in simulation.anatomy.joints]
+    return np.array([servo.continuous * servo.stall_torque for servo in servos])
 
 
 def _weight(simulation: Simulation) -> float:

@@ -1,7 +1,7 @@
 """The spider: a body of eight legs with three joints each."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import ClassVar, Literal, Self
 
@@ -30,6 +30,9 @@ from gaitsim.encoding import check_joint_angles, limit_steps
 from gaitsim.legged import (
     BODY_HEIGHT,
     DAMAGE_HELP,
+    STRIDE_FREQUENCY,
+    STRIDE_FREQUENCY_CHANNEL,
+    angles_frequency,
     conditions,
     delay_angles,
     draw_joint_errors,
@@ -190,6 +193,7 @@ class Spider(Organism):
         "slip": Channel(("frames",), "m", "mean slide of the stance feet until the next frame"),
         "margin": Channel(("frames",), "m", "static stability margin, negative if unsupported"),
         "slope": Channel(("frames",), "rad", "tilt of the plane on which the feet rest"),
+        STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
     }
 
     @model_validator(mode="after")
@@ -214,7 +218,9 @@ class Spider(Organism):
         """Walk with the joint angles that genomes decode to, as far as damaged joints allow."""
         alternating = self.symmetry == "alternating"
         angles = ENCODINGS[self.encoding].angles(genomes, self.frequency, alternating)
-        return self._walk(self._anatomy.restrict(angles))
+        known = 0.0 if self.encoding == "recurrence" else self.frequency
+        frequency = np.full(len(genomes), known)
+        return self._walk(self._anatomy.restrict(angles), lambda: frequency)
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with given joint angles.
@@ -230,20 +236,21 @@ class Spider(Organism):
         angles = np.clip(joint_angles, -limit, limit).astype(np.float32)
         anatomy = self._anatomy
         angles = limit_steps(time_last(angles), anatomy.step_limits)
-        return self._walk(anatomy.restrict(angles))
+        frequency = partial(angles_frequency, joint_angles, body.FRAME_RATE)
+        return self._walk(anatomy.restrict(angles), frequency)
 
     @property
     def _anatomy(self) -> SpiderAnatomy:
         """Anatomy of the damaged body with the world's masses."""
         return damaged_anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
 
-    def _walk(self, commands: Angles) -> Motion:
-        """Return the motion for commands, (population, 24, frames) rad."""
+    def _walk(self, commands: Angles, frequency: Callable[[], Array]) -> Motion:
+        """Return the motion for commands, (population, 24, frames) rad, and their frequency."""
         anatomy = self._anatomy
         positions = joint_positions(commands, self.world, anatomy.step_limits)
         if positions is not commands:
             positions = anatomy.restrict(positions)
-        return _motion(commands, positions, anatomy.legs)
+        return _motion(commands, positions, anatomy.legs, frequency)
 
     def joint_names(self) -> tuple[str, ...]:
         """Return 'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -283,7 +290,13 @@ class Spider(Organism):
             BODY_HEIGHT: Measure(
                 partial(_height, motion), "m", "mean height of the body's middle above the ground"
             ),
-            **stepping_measures(motion["stance"], body.LEGS, motion.frame_rate, sides=body.SIDES),
+            **stepping_measures(
+                motion["stance"],
+                body.LEGS,
+                motion.frame_rate,
+                sides=body.SIDES,
+                commanded=motion[STRIDE_FREQUENCY],
+            ),
         }
 
     def rig(self) -> Rig:
@@ -339,13 +352,14 @@ def _height(motion: Motion) -> Array:
     return np.asarray(body.FOOT_RADIUS - lowest.mean(axis=1, dtype=np.float64))
 
 
-def _motion(commands: Angles, angles: Angles, legs: Legs) -> Motion:
+def _motion(commands: Angles, angles: Angles, legs: Legs, frequency: Callable[[], Array]) -> Motion:
     """Return the motion of joints; feet, contact and travel are computed on first use.
 
     Args:
         commands: commanded angles, (population, 24, frames) rad.
         angles: positions of the joints, (population, 24, frames) rad.
         legs: data of the legs.
+        frequency: returns the stride frequency of the commands, (population,) Hz; 0 if unknown.
     """
     population, _, frames = angles.shape
 
@@ -379,5 +393,9 @@ def _motion(commands: Angles, angles: Angles, legs: Legs) -> Motion:
     return Motion(
         body.FRAME_RATE,
         {"joint_angles": time_second(commands), "joint_positions": time_second(angles)},
-        {("feet", "centre_of_mass"): place, ("pose", "stance", "slip", "margin", "slope"): travel},
+        {
+            ("feet", "centre_of_mass"): place,
+            ("pose", "stance", "slip", "margin", "slope"): travel,
+            (STRIDE_FREQUENCY,): lambda: {STRIDE_FREQUENCY: frequency()},
+        },
     )

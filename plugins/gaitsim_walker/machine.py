@@ -5,13 +5,13 @@ passes from one individual to the next.
 """
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 import pymunk
 
 from gaitsim.contracts import Array, Motion
+from gaitsim.legged import STRIDE_FREQUENCY
 from gaitsim_walker import body
 from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.surroundings import Ground, Surroundings
@@ -275,12 +275,13 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
     )
 
 
-def walk(surroundings: Surroundings, commands: Iterable[Floats]) -> Motion:
+def walk(surroundings: Surroundings, commands: Floats, frequency: Floats) -> Motion:
     """Simulate walkers one after the other, and return their motion.
 
     Args:
         surroundings: body, ground and servos; each walker is simulated separately.
-        commands: servo commands of each walker, (frames, joints) rad.
+        commands: servo commands of each walker, (population, frames, joints) rad.
+        frequency: stride frequency of the commands, (population,) Hz; 0 if unknown.
     """
     commanded, rolled = [], []
     for wanted in commands:
@@ -316,6 +317,7 @@ def walk(surroundings: Surroundings, commands: Iterable[Floats]) -> Motion:
             "load": load,
             "slip": np.stack([slip for _, _, slip in measured]),
             "energy": all_of("work"),
+            STRIDE_FREQUENCY: np.asarray(frequency, np.float64),
             "lasted": lasted,
             "weight": np.full(len(rolled), surroundings.weight),
             "length": np.full(len(rolled), body.TORSO_LENGTH),

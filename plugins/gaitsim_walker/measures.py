@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from gaitsim.contracts import Array, Measure, Motion, Skeleton
-from gaitsim.legged import BODY_HEIGHT, stepping_measures
+from gaitsim.legged import BODY_HEIGHT, STRIDE_FREQUENCY, stepping_measures
 from gaitsim_walker import body
 from gaitsim_walker.body import Floats, WalkerPlan
 from gaitsim_walker.surroundings import Surroundings
@@ -53,6 +53,7 @@ def measures(motion: Motion, plan: WalkerPlan) -> Mapping[str, Measure]:
             motion.frame_rate,
             sides=plan.sides,
             upright=upright,
+            commanded=motion[STRIDE_FREQUENCY],
         ),
     }
 

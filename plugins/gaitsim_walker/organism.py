@@ -1,7 +1,7 @@
 """The walker: a torso on two or four legs, seen from the side."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import ClassVar, Literal, Self
 
@@ -32,7 +32,15 @@ from gaitsim.encoding import (
     genome_space,
     split_genomes,
 )
-from gaitsim.legged import conditions, draw_joint_errors, draw_push, world_seed
+from gaitsim.legged import (
+    STRIDE_FREQUENCY,
+    STRIDE_FREQUENCY_CHANNEL,
+    angles_frequency,
+    conditions,
+    draw_joint_errors,
+    draw_push,
+    world_seed,
+)
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, WalkerPlan, rig
 from gaitsim_walker.measures import measures, skeleton
 from gaitsim_walker.surroundings import STEP, Surroundings, ground
@@ -192,6 +200,7 @@ class Walker(Organism):
         "energy": Channel(
             ("frames",), "J", "work of the servos since the start; braking counts as positive"
         ),
+        STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
         "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
         "weight": Channel((), "N", "weight of the whole body"),
         "length": Channel((), "m", "length of the torso"),
@@ -233,7 +242,8 @@ class Walker(Organism):
     def move(self, genomes: Genomes) -> Motion:
         """Simulate one individual after the other, each in its own space."""
         angles = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
-        return self._walk(angles, self.frames)
+        *_, frequency = split_genomes(genomes, self._gene_groups)
+        return self._walk(angles, frequency[:, 0])
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with the given servo commands, clipped to ±60° (hips) and ±50° (knees).
@@ -245,10 +255,8 @@ class Walker(Organism):
         """
         check_joint_angles(joint_angles, len(self.plan.joints))
         limits = self.plan.limits
-        return self._walk(
-            (np.clip(angles.astype(np.float64), -limits, limits) for angles in joint_angles),
-            joint_angles.shape[1],
-        )
+        angles = np.clip(joint_angles.astype(np.float64), -limits, limits)
+        return self._walk(angles, angles_frequency(angles, FRAME_RATE))
 
     def physics_engine(self) -> str:
         """Return 'pymunk', which takes sines and cosines from the C library."""
@@ -302,11 +310,11 @@ class Walker(Organism):
             push=(pushed_in, math.copysign(world["push"], math.cos(direction))),
         )
 
-    def _walk(self, commands: Iterable[Floats], frames: int) -> Motion:
-        """Return the motion of walkers, given the servo commands of each, (frames, joints) rad."""
+    def _walk(self, commands: Floats, frequency: Floats) -> Motion:
+        """Return the motion of walkers for commands, (population, frames, joints) rad."""
         from gaitsim_walker.machine import walk
 
-        return walk(self.surroundings(frames), commands)
+        return walk(self.surroundings(commands.shape[1]), commands, frequency)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return distance, duration, steadiness, effort, slip and steps."""

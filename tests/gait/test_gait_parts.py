@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 
 from gaitsim.contracts import Skeleton
 from gaitsim.gait import analyse_gait, naming
-from gaitsim.gait.feet import Layout, feet_of, fit, without_chatter, wrap
+from gaitsim.gait.feet import Layout, feet_of, fit, wrap
 from gaitsim.gait.naming import NEAR, nearest, references
 from gaitsim.gait.travel import Slip, heading, lying, slip_of, travel_of, trunk
 
@@ -43,9 +43,6 @@ def test_chatter_is_not_counted_as_steps():
     (same,), _ = feet_of(clean, ("a",), 20.0)
     assert foot.touch_downs == same.touch_downs
     assert stride.frequency == pytest.approx(1.0)
-    assert without_chatter(contacts("#.###.#####..##")[:, 0], 2).tolist() == [
-        sign == "#" for sign in "###########..##"
-    ]
 
 
 def test_random_contacts_have_no_stride():

@@ -1,5 +1,6 @@
 """Measures of steps, compared with the analysis of single gaits."""
 
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -7,8 +8,11 @@ import pytest
 
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import analyse_individual, play_on_twin
+from gaitsim.gait.feet import feet_of, phases_of
 from gaitsim.gait.gait_files import play_gait, read_gait
-from gaitsim.legged import stepping_measures
+from gaitsim.gait.naming import name_of
+from gaitsim.legged import angles_frequency, stepping_measures
+from gaitsim.legged.stepping import Steps, one_stance_per_stride
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 RATE = 30.0
@@ -73,3 +77,110 @@ def test_steps_count_until_the_fall_and_chatter_does_not_count():
         alone = values(together[[one]], upright=frames[[one]])
         for name, value in alone.items():
             np.testing.assert_array_equal(value, found[name][[one]])
+
+
+def chattering(random, period, duty, phases, frames=501):
+    """Return the contacts of feet, most of whose stances and some of whose swings are interrupted.
+
+    Interruptions last at most a tenth of a stride.
+    """
+    clean = (np.arange(frames)[:, None] / period - phases) % 1 < duty
+    rough = clean.copy()
+    for foot in range(len(phases)):
+        edges = np.flatnonzero(np.diff(clean[:, foot])) + 1
+        for start, end in pairwise(edges):
+            if random.random() < (0.8 if clean[start, foot] else 0.3):
+                length = random.integers(1, max(1, int(period / 10)) + 1)
+                begin = random.integers(start + 1, max(start + 2, end - length))
+                rough[begin : begin + length, foot] ^= True
+    return rough
+
+
+FEET = {
+    "trot": ["L1", "L2", "R1", "R2"],
+    "alternating tripod": ["L1", "L2", "L3", "R1", "R2", "R3"],
+    "lateral-sequence walk": ["L1", "L2", "R1", "R2"],
+}
+PHASES = {
+    "trot": [0, 0.5, 0.5, 0],
+    "alternating tripod": [0, 0.5, 0, 0.5, 0, 0.5],
+    "lateral-sequence walk": [0, 0.75, 0.5, 0.25],
+}
+
+
+@pytest.mark.parametrize("gait", FEET)
+@pytest.mark.parametrize("period", [20.0, 22.0166, 37.16, 61.3])
+@pytest.mark.parametrize("duty", [0.4, 0.6, 0.75])
+def test_chatter_does_not_change_what_a_gait_is(gait, period, duty):
+    random = np.random.default_rng(1)
+    names, rate = FEET[gait], 50.0
+    rough = chattering(random, period, duty, np.array(PHASES[gait]))
+    places = [(1 - int(name[1]), 0.5 if name[0] == "L" else -0.5, 0) for name in names]
+    estimated = feet_of(rough, tuple(names), rate, dynamic=True)[1]
+    assert estimated.frequency == pytest.approx(rate / period, rel=0.01)
+    feet, stride = feet_of(rough, tuple(names), rate, dynamic=True, commanded=rate / period)
+    assert stride.frequency == rate / period
+    assert [foot.duty_factor for foot in feet] == pytest.approx([duty] * len(feet), abs=0.05)
+    phases, consistency = phases_of(feet, stride)
+    name, _ = name_of(feet, stride, phases, consistency, np.array([places], float), False)
+    assert name.name == gait
+    assert consistency.min() > 0.9
+    found = stepping_measures(
+        rough[None], names, rate, upright=np.array([501]), commanded=np.array([rate / period])
+    )
+    strides, downs = 501 / period, (~rough[:-1] & rough[1:]).sum(axis=0)
+    assert found["stride frequency"].values[0] == rate / period
+    assert found["chatter"].values[0] == pytest.approx(downs.mean() / strides - 1, abs=0.05)
+    assert found["chatter"].values[0] > 0.3
+
+
+def test_the_stance_of_a_stride_is_the_interval_with_the_most_usual_contact():
+    random = np.random.default_rng(2)
+    stance = random.random((6, 90, 1)) < np.linspace(0.2, 0.9, 6)[:, None, None]
+    found = one_stance_per_stride(stance, np.full(6, 15.0))
+    for contacts, single in zip(stance[..., 0], found[..., 0], strict=True):
+        usual = np.tile(contacts.reshape(6, 15).mean(axis=0), 6)
+        worth = contacts + np.round(16 * usual) / 16 - 1
+        turn = np.exp(2j * np.pi * np.arange(90) / 15)
+        cut = np.angle(contacts @ turn) / (2 * np.pi) - 0.5
+        stride = np.floor(np.arange(90) / 15 - cut)
+        for number in np.unique(stride):
+            part, chosen = worth[stride == number], single[stride == number]
+            sums = [part[i:j].sum() for i in range(len(part)) for j in range(i + 1, len(part) + 1)]
+            assert part[chosen].sum() == max(0, *sums)
+            assert np.count_nonzero(np.diff(np.pad(chosen, 1))) in (0, 2)
+
+
+def test_the_frequency_of_joint_angles_is_that_of_their_genome():
+    organism = load_experiment("hexapod").organism
+    genomes = organism.genome_space().random(8, np.random.default_rng(0))
+    angles, frequency = organism._encoding.commands(genomes, 501)
+    assert angles_frequency(angles, 50.0) == pytest.approx(frequency, rel=0.01)
+    time = np.arange(300) / 30.0
+    two = np.sin(2 * np.pi * 1.37 * time[:, None] + [0, 1]) + 0.6 * np.cos(
+        4 * np.pi * 1.37 * time[:, None] + [0.3, 2]
+    )
+    assert angles_frequency(two[None], 30.0)[0] == pytest.approx(1.37, rel=0.01)
+    assert angles_frequency(np.zeros((1, 300, 2)), 30.0)[0] == 0
+    assert angles_frequency(time[None, :, None], 30.0)[0] == 0
+
+
+def test_a_command_without_steps_has_no_stride():
+    still = np.ones((1, 200, 4), dtype=bool)
+    found = Steps(still, 50.0, np.array([200]), np.array([1.5]))
+    assert found.frequency[0] == found.period[0] == 0
+    assert np.isnan(found.touches).all()
+    trembling = still.copy()
+    trembling[0, ::9] = False
+    assert Steps(trembling, 50.0, np.array([200]), np.array([1.5])).frequency[0] == 0
+
+
+def test_short_contacts_count_for_a_kinematic_body():
+    """Such a body touches the ground exactly as its gait commands."""
+    twice = np.tile(np.repeat([True, False, True, False], [8, 4, 2, 6]), 10)[None, :, None]
+    known = np.array([1.5])
+    assert stepping_measures(twice, ["L1"], 30.0, commanded=known)["duty factor"].values[0] == 0.5
+    upright = np.array([200])
+    found = stepping_measures(twice, ["L1"], 30.0, upright=upright, commanded=known)
+    assert found["duty factor"].values[0] == 0.4
+    assert found["chatter"].values[0] == pytest.approx(1, abs=0.1)

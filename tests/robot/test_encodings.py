@@ -96,7 +96,7 @@ def test_strides_have_the_heading():
     ahead = encoding("hexapod", symmetry="trot")
     stepping = genome(ahead, stride=0.03, lift=0.01, duty=0.5, frequency=0.5)
     swept = [
-        np.ptp(feet(coder, coder.commands(stepping, 200)[0, 50:]), axis=0)
+        np.ptp(feet(coder, coder.commands(stepping, 200)[0][0, 50:]), axis=0)
         for coder in (ahead, replace(ahead, heading=math.pi / 2))
     ]
     assert swept[1][:, 1] == pytest.approx(swept[0][:, 0], abs=1e-3)
@@ -106,7 +106,7 @@ def test_strides_have_the_heading():
 
 def test_a_sole_stays_level():
     coder = encoding("humanoid")
-    angles = coder.commands(genome(coder, stride=0.2, lift=0.1, frequency=0.5), 200)[0]
+    angles = coder.commands(genome(coder, stride=0.2, lift=0.1, frequency=0.5), 200)[0][0]
     data = mujoco.MjData(coder.model)
     data.qpos[:] = coder.anatomy.stance
     address = [coder.model.joint(name).qposadr[0] for name in coder.anatomy.joints]
@@ -133,7 +133,7 @@ def test_commands_of_any_genome_respect_the_limits_and_the_top_speed(
     drawn = genomes(coder, 3, seed)
     if corners:
         drawn = np.where(drawn > (space.lower + space.upper) / 2, space.upper, space.lower)
-    angles = coder.commands(drawn, 40)
+    angles = coder.commands(drawn, 40)[0]
     lower, upper = np.array([coder.model.joint(name).range for name in coder.anatomy.joints]).T
     assert (angles >= lower - 1e-12).all()
     assert (angles <= upper + 1e-12).all()
@@ -149,9 +149,9 @@ def test_commands_of_any_genome_respect_the_limits_and_the_top_speed(
 def test_chunks_do_not_change_any_bit(robot, kind):
     coder = encoding(robot, kind)
     drawn = genomes(coder, 4)
-    whole = coder.commands(drawn, 80)
+    whole = coder.commands(drawn, 80)[0]
     for size in (1, 3):
-        parts = [coder.commands(drawn[at : at + size], 80) for at in range(0, 4, size)]
+        parts = [coder.commands(drawn[at : at + size], 80)[0] for at in range(0, 4, size)]
         assert np.array_equal(np.concatenate(parts), whole)
 
 
@@ -173,7 +173,7 @@ def test_mirrored_legs_make_the_same_steps_with_the_lags_of_the_symmetry(kind, s
     step = {"stride": 0.03, "lift": 0.02, "duty": 0.6, "shift": 0.01}
     wave = {"amplitude": 0.2, "offset": 0.1, "delay": 0.3}
     drawn = genome(coder, frequency=0.5, lag=math.pi / 2, **step, **wave)
-    path = feet(coder, coder.commands(drawn, 301)[0])  # 100 frames per cycle
+    path = feet(coder, coder.commands(drawn, 301)[0][0])  # 100 frames per cycle
     for leg in range(6):
         later = round(100 * (lags[leg] - lags[leg % 2])) % 100
         ahead = path[100 + later : 200 + later, leg % 2, 2]
@@ -188,8 +188,8 @@ def test_mirrored_legs_make_the_same_steps_with_the_lags_of_the_symmetry(kind, s
 def test_a_step_has_its_length_height_and_stance():
     coder = encoding("quadruped", symmetry="trot")
     step = {"stride": 0.1, "lift": 0.05, "duty": 0.6, "frequency": 0.5, "height": -0.02}
-    path = feet(coder, coder.commands(genome(coder, **step), 301)[0])[100:200]
-    standing = feet(coder, coder.commands(genome(coder), 1)[0])[0]
+    path = feet(coder, coder.commands(genome(coder, **step), 301)[0][0])[100:200]
+    standing = feet(coder, coder.commands(genome(coder), 1)[0][0])[0]
     left = path[:, 0] - standing[0]
     assert left[:, 2].max() == pytest.approx(0.05 + 0.02, abs=1e-3)
     stance = left[:, 2] < 0.02 + 1e-3

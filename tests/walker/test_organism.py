@@ -118,7 +118,9 @@ def test_playing_the_angles_of_a_genome_gives_the_same_bits(encoding):
     moved = walker.move(genomes(walker, 5, seed=1))
     assert (moved["lasted"] < SHORT).any()  # long enough for falls
     given = moved["joint_angles"].copy()
-    assert same(moved, walker.play(given))
+    played = {**walker.play(given)}
+    played.pop("stride_frequency")  # estimated, as the genome is unknown
+    assert same(played, moved)
     assert np.array_equal(given, moved["joint_angles"])
 
 

@@ -172,6 +172,8 @@ def _gait_widgets(gait: GaitAnalysis) -> Iterator[Static]:
     yield Static(Text(visible(gait.name.reason)))
     for flag in gait.flags:
         yield Static(Text(visible(f"Likely exploit: {flag.name}. {flag.seen}")), classes="failure")
+    for warning in gait.warnings:
+        yield Static(Text(visible(warning)), classes="warning")
     yield from _section_widgets(travel_and_stability(gait))
 
 

@@ -1,0 +1,64 @@
+"""The torque of a gait's servos over time, beside what they can deliver without overheating."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+
+STALL = 0.995  # share of the stall torque from which a servo is said to be at stall
+
+
+@dataclass(frozen=True, eq=False)
+class Effort:
+    """The torque of servos as shares of their stall torques, (joints,) each; 0 if unknown.
+
+    Attributes:
+        joints: names of the joints.
+        peak: largest mean torque of a frame.
+        rms: root mean square torque until a fall. The heat of a motor's windings grows with the
+            square of its torque.
+        continuous: torque that the servos can deliver for long without overheating.
+    """
+
+    joints: tuple[str, ...]
+    peak: Floats
+    rms: Floats
+    continuous: Floats
+
+    @property
+    def hottest(self) -> int:
+        """Index of the joint with the largest RMS torque."""
+        return int(np.argmax(self.rms))
+
+    @property
+    def peak_in_words(self) -> str:
+        """The joints at stall, or the joint with the largest peak torque."""
+        at_stall = np.flatnonzero(self.peak >= STALL)
+        if not len(at_stall):
+            return f"{self.joints[int(np.argmax(self.peak))]}, share of its stall torque"
+        more = f" and {len(at_stall) - 1} more" if len(at_stall) > 1 else ""
+        return f"at stall: {self.joints[at_stall[0]]}{more}"
+
+    @property
+    def rms_in_words(self) -> str:
+        """The joint with the largest RMS torque, and its continuous torque."""
+        rating = float(self.continuous[self.hottest])
+        beside = f"; {rating:.2f} continuous" if rating else ""
+        return f"{self.joints[self.hottest]}, share of its stall torque{beside}"
+
+    @property
+    def warning(self) -> str:
+        """A warning about servos that will overheat; '' if none will, as far as known."""
+        rated = self.continuous > 0
+        hot = np.flatnonzero(rated & (self.rms > self.continuous))
+        if not len(hot):
+            return ""
+        ratio = self.rms / np.where(rated, self.continuous, np.inf)
+        worst = int(np.argmax(ratio))
+        return (
+            f"Servos would overheat: the RMS torque of {len(hot)} of {len(self.joints)} joints "
+            f"exceeds what their servos can deliver continuously; {self.joints[worst]} needs "
+            f"{self.rms[worst]:.2f} of its stall torque, {ratio[worst]:.1f} times its rating."
+        )
