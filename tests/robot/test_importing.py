@@ -205,6 +205,8 @@ LINKS = """<link name="a">{a}</link><link name="b">{b}</link>
 <axis xyz="0 1 0"/></joint>"""
 BOX = '<collision><geometry><box size="0.1 0.1 0.2"/></geometry></collision>'
 
+MESH = '<collision><geometry><mesh filename="{}"/></geometry></collision>'
+
 
 def links(a=BOX, b=BOX, kind="continuous", extra=""):
     return f'<robot name="arm">{LINKS.format(a=a, b=b, kind=kind)}{extra}</robot>'
@@ -320,6 +322,82 @@ def test_files_outside_the_folder_are_refused_unless_allowed(tmp_path):
         with pytest.raises(RobotError, match="outside its folder"):
             read(path)
         assert "missing" not in read(path, [other])[1]
+
+
+def mesh_robot(folder, name):
+    """Write a URDF whose second link has the mesh `name`."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / "robot.urdf"
+    path.write_text(links(b=MESH.format(name)))
+    return path
+
+
+def write_obj(path, size=0.1):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    corners = [(x, y, z) for x in (0, size) for y in (0, size) for z in (0, 2 * size)]
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners))
+
+
+def write_package(folder, name):
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "package.xml").write_text(f"<package><name> {name} </name></package>")
+
+
+@pytest.mark.parametrize("package", ["", "/", ".", "..", "%2e%2e", "%2F"])
+def test_a_uri_without_a_package_name_refers_to_no_file(tmp_path, package):
+    write_obj(tmp_path / "secret.obj")
+    path = mesh_robot(tmp_path / "mine", f"package://{package}/secret.obj")
+    assert "secret.obj (not found)" in read(path)[1]
+    # It does not allow files by later names, either.
+    path.write_text(path.read_text().replace(BOX, BOX + MESH.format(tmp_path / "secret.obj"), 1))
+    with pytest.raises(RobotError, match="outside its folder"):
+        read(path)
+
+
+def test_a_package_needs_a_package_xml_with_its_name(tmp_path):
+    """Neither the name of a folder nor a URI extends the set of files that may be read."""
+    outer = tmp_path / "outer"
+    write_obj(outer / "meshes" / "secret.obj")
+    path = mesh_robot(outer / "deep" / "mine", "package://outer/meshes/secret.obj")
+    with pytest.raises(RobotError, match="is not that package") as caught:
+        read(path)
+    assert f"--root {outer} " in caught.value.remedy
+    assert "meshes not used" not in read(path, [outer])[1]
+    write_package(outer, "another")
+    write_package(outer / "deep", "deep")
+    with pytest.raises(RobotError, match="is not that package"):
+        read(path)
+    write_package(outer, "outer")
+    assert "meshes not used" not in read(path)[1]
+    # The name of the outer package does not allow its files by other names.
+    path.write_text(path.read_text().replace(BOX, BOX + MESH.format("../../meshes/secret.obj"), 1))
+    with pytest.raises(RobotError, match="outside its folder"):
+        read(path)
+
+
+def test_a_copied_package_is_found_by_its_name_or_its_layout(tmp_path):
+    write_obj(tmp_path / "copy" / "meshes" / "foot.obj")
+    for named in (False, True):
+        path = mesh_robot(tmp_path / "copy" / "urdf", "package://dog/meshes/foot.obj")
+        if named:
+            write_package(tmp_path / "copy", "dog")
+        assert "meshes not used" not in read(path)[1]
+    path = mesh_robot(tmp_path / "copy" / "urdf", "package://cat/meshes/tail.obj")
+    repairs = read(path)[1]
+    assert "tail.obj (not found)" in repairs
+    assert "packages not found: 'cat'" in repairs
+    assert "--root" in repairs
+
+
+def test_a_package_does_not_reach_files_through_links(tmp_path):
+    write_obj(tmp_path / "secret.obj")
+    write_package(tmp_path / "mine", "mine")
+    (tmp_path / "mine" / "link.obj").symlink_to(tmp_path / "secret.obj")
+    (tmp_path / "mine" / "up").symlink_to(tmp_path)
+    for name in ("link.obj", "up/secret.obj", "../secret.obj", f"/{tmp_path}/secret.obj"):
+        path = mesh_robot(tmp_path / "mine", f"package://mine/{name}")
+        with pytest.raises(RobotError, match="outside its folder"):
+            read(path)
 
 
 def test_special_and_huge_files_are_refused(tmp_path):

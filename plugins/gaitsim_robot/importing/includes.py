@@ -135,6 +135,7 @@ def resolve_files(
         mesh.attrib.pop("content_type", None)
     if missing:
         repairs.append(f"meshes not found: {format_names(list(missing.values()))}")
+        repairs += files.explain_missing()
         _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
         _remove(root, lambda element: element.get("mesh") in missing)
     for element in root.iter():

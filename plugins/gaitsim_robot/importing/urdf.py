@@ -35,6 +35,7 @@ def read_urdf(root: Element, files: RobotFiles, where: str) -> RobotTree:
 class _Reader:
     def __init__(self, root: Element, files: RobotFiles, where: str) -> None:
         self._root = root
+        self._files = files
         self._where = where
         self._repairs: list[str] = []
         self._y_up: list[tuple[Body, Shape]] = []
@@ -63,6 +64,7 @@ class _Reader:
         if self._meshes.missing:
             reasons = {f"{name} ({reason})" for name, reason in self._meshes.missing.items()}
             robot.repairs.append(f"meshes not used: {', '.join(sorted(reasons))}")
+            robot.repairs += self._files.explain_missing()
         return robot
 
     def _topmost(self, bodies: dict[str, Body], parents: dict[str, str]) -> Body:
