@@ -6,9 +6,9 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
-from gaitsim.actions.action import JSON, Action, argument, choose_format
+from gaitsim.actions.action import JSON, SET, Action, argument, choose_format
 from gaitsim.console.printing import (
     echo,
     errors,
@@ -29,7 +29,7 @@ from gaitsim.runs.files.folder import command
 
 if TYPE_CHECKING:
     from gaitsim.contracts import BodyFile, Facts, Skeleton
-    from gaitsim.experiment import Experiment
+    from gaitsim.experiment import Experiment, Overrides
 
 
 UNUSABLE = 1  # exit code
@@ -78,10 +78,13 @@ class CheckRobot(Action):
 
     gaitsim robots check my_robot.urdf --picture my_robot.png
 
+    gaitsim robots check my_robot.urdf --set organism.scale=0.001
+
     gaitsim robots check my_robot.urdf --root ../meshes --model-out robot.xml
     """
 
     file: Path = argument("robot file, such as URDF or MJCF", "FILE", completion="")
+    set_: Names | None = SET
     root: Names | None = option(
         None,
         "additional folder from which meshes and ROS packages (package://) may be read",
@@ -97,39 +100,30 @@ class CheckRobot(Action):
 
     def do(self) -> None:
         """Read and describe the robot; write the files."""
-        from gaitsim.experiment.loading import read_body, reader_of
-        from gaitsim.gait.gait_files import check_folder
+        from gaitsim.contracts import BodyFile
+        from gaitsim.experiment import load_experiment, parse_assignments
+        from gaitsim.experiment.loading import reader_of
         from gaitsim.render.film import write_still
 
         file, picture, model_out = self.file, self.picture, self.model_out
-        roots = [Path(folder) for folder in self.root or ()]
-        reader_of(file)
-        for folder in roots:
-            if not folder.is_dir():
-                raise GaitsimError(f"folder not found: {folder}", where="--root")
-        if picture is not None:
-            choose_format(None, picture, ("png",), "png", "pictures")
-            check_folder(picture)
-        if model_out is not None:
-            _check_model_out(model_out)
+        option, overrides = reader_of(file)[1], parse_assignments(self.set_ or ())
+        self._check_paths()
+        for key in {f"organism.{option}", "organism.plugin"} & overrides.keys():
+            raise GaitsimError(f"{key} cannot be set, as the command checks {file}", where="--set")
         try:
             with status(f"Reading {file} …"):
-                found, experiment = read_body(file, roots)
+                experiment = load_experiment(
+                    str(file), overrides, roots=[Path(folder) for folder in self.root or ()]
+                )
                 facts, warnings = _describe(experiment), experiment.warnings()
                 skeleton = None if picture is None else _standing_skeleton(experiment)
-        except GaitsimError as caught:
-            problems = caught.problems if isinstance(caught, ExperimentError) else ()
-            error = problems[0] if len(problems) == 1 else caught
-            if self.json_lines:
-                print_json({"file": str(file), "usable": False, "problem": error.to_dict()})
-            elif machine_readable():
-                print_record("error", **error.to_dict())
-            else:
-                errors().print(f"{file} cannot be used: {error}", style="red")
-            sys.exit(UNUSABLE)
+        except GaitsimError as error:
+            self._exit(error, overrides)
+        text = getattr(experiment.organism, option)
+        found = experiment.organism.imported() or BodyFile(experiment.name, text)
         written = []
         if model_out is not None:
-            write_bytes(model_out, found.text.encode())
+            write_bytes(model_out, text.encode())
             written.append(model_out)
         if picture is not None and skeleton is not None:
             write_still(skeleton, picture, found.name, str(file))
@@ -151,7 +145,49 @@ class CheckRobot(Action):
         _print(file, found, facts, warnings)
         for path in written:
             echo(path)
-        echo(f"\nEvolve a gait: {command('run', file if model_out is None else model_out)}")
+        # A written model is already scaled: its scale is the default.
+        kept = {
+            key: value
+            for key, value in overrides.items()
+            if model_out is None or not _is_default(experiment, key)
+        }
+        pairs = [part for key, value in kept.items() for part in ("--set", f"{key}={value}")]
+        echo(f"\nEvolve a gait: {command('run', model_out or file, *pairs)}")
+
+    def _check_paths(self) -> None:
+        """Check the folders to read from and the files to write."""
+        from gaitsim.gait.gait_files import check_folder
+
+        for folder in self.root or ():
+            if not Path(folder).is_dir():
+                raise GaitsimError(f"folder not found: {folder}", where="--root")
+        if self.picture is not None:
+            choose_format(None, self.picture, ("png",), "png", "pictures")
+            check_folder(self.picture)
+        if self.model_out is not None:
+            _check_model_out(self.model_out)
+
+    def _exit(self, caught: GaitsimError, overrides: Overrides) -> NoReturn:
+        """Report why the robot cannot be used, and exit; raise errors of `--set`."""
+        problems = caught.problems if isinstance(caught, ExperimentError) else ()
+        if any(problem.key in overrides for problem in problems):
+            raise caught
+        error = problems[0] if len(problems) == 1 else caught
+        if self.json_lines:
+            print_json({"file": str(self.file), "usable": False, "problem": error.to_dict()})
+        elif machine_readable():
+            print_record("error", **error.to_dict())
+        else:
+            errors().print(f"{self.file} cannot be used: {error}", style="red")
+        sys.exit(UNUSABLE)
+
+
+def _is_default(experiment: Experiment, key: str) -> bool:
+    """Return whether an option of the body has its default value."""
+    section, _, name = key.partition(".")
+    body = experiment.organism
+    fields = type(body).model_fields if section == "organism" else {}
+    return name in fields and getattr(body, name) == fields[name].default
 
 
 def _check_model_out(path: Path) -> None:

@@ -22,7 +22,12 @@ if TYPE_CHECKING:
         Facts as Facts,
         Organism as Organism,
     )
-    from gaitsim.contracts.plugin import Plugin as Plugin, folder_of as folder_of, option as option
+    from gaitsim.contracts.plugin import (
+        Plugin as Plugin,
+        folder_of as folder_of,
+        option as option,
+        roots_of as roots_of,
+    )
     from gaitsim.contracts.product import (
         Exported as Exported,
         Exporter as Exporter,
@@ -63,7 +68,7 @@ _NAMES = {
     "conditions": "Condition SEED Terrain WORLD_HELP check_world",
     "motion": "Array Channel Measure Motion Skeleton",
     "organism": "BodyFile Facts Organism",
-    "plugin": "Plugin folder_of option",
+    "plugin": "Plugin folder_of option roots_of",
     "product": "Exported Exporter Names Pair Plot Product Subject Window",
     "rig": "Link Rig Solid",
     "search": "Context Crossover Fitness Members Mutation Operators Results Search Selection State",

@@ -1,9 +1,8 @@
 """The contract of a body."""
 
 from abc import abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -29,11 +28,13 @@ class BodyFile:
         text: content that the option stores in place of the file's path.
         repairs: lines that list what was dropped, replaced, added or assumed when the file was
             read.
+        warnings: likely mistakes in the file, each with a remedy.
     """
 
     name: str
     text: str
     repairs: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
 
 class Organism(Plugin):
@@ -156,21 +157,13 @@ class Organism(Plugin):
         """Return facts about option values that the package bundles, such as its robots."""
         return {}
 
-    @classmethod
-    def read_file(cls, path: Path, roots: Sequence[Path] = ()) -> BodyFile:
-        """Read, for checking, a file that describes a body of this class.
+    def imported(self) -> BodyFile | None:
+        """Return the file from which this process read the body; None by default.
 
         Optional, for bodies that register a format as an entry point of the group
-        `gaitsim.files`.
-
-        Args:
-            path: path of the file.
-            roots: additional folders that the file may refer to.
-
-        Raises:
-            GaitsimError: the file cannot be used, or this body cannot be read from a file.
+        `gaitsim.files`. `gaitsim robots check` prints its repairs.
         """
-        raise GaitsimError(f"the body {cls.__name__} cannot be read from a file", where=str(path))
+        return None
 
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the joints of `joint_angles`; () for a body without this channel."""

@@ -1,5 +1,7 @@
 """The base of all plugins: a frozen model whose fields are its options."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Self
 
@@ -64,7 +66,20 @@ def option(
     )
 
 
-def folder_of(info: ValidationInfo) -> Path | None:
+@dataclass(frozen=True)
+class ReadableFiles:
+    """The files that options may refer to; Pydantic's context of validation.
+
+    Attributes:
+        folders: folder of relative paths, by option; None forbids files.
+        roots: additional folders that a file may refer to.
+    """
+
+    folders: Mapping[str, Path | None] = field(default_factory=dict)
+    roots: tuple[Path, ...] = ()
+
+
+def folder_of(info: ValidationInfo, name: str = "") -> Path | None:
     """Return the folder to which paths in an option are relative; None if no file may be read.
 
     Call it in the validator of an option that takes the path of a file and stores the file's
@@ -72,11 +87,20 @@ def folder_of(info: ValidationInfo) -> Path | None:
     line and in Python, to the current folder. The experiment of a run, a checkpoint or a champion
     already contains the content of the file. A path in it is invalid, because opening a run must
     not read other files.
+
+    Args:
+        info: Pydantic's information about the validation.
+        name: name of the option; a validator of the whole model must give it.
     """
     if info.context is None:
         return Path()
-    found: Path | None = info.context.get(info.field_name)
-    return found
+    context: ReadableFiles = info.context
+    return context.folders.get(name or str(info.field_name))
+
+
+def roots_of(info: ValidationInfo) -> tuple[Path, ...]:
+    """Return additional folders that a file in an option may refer to, such as other packages."""
+    return () if info.context is None else info.context.roots
 
 
 class Plugin(BaseModel):

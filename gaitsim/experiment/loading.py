@@ -11,7 +11,7 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gaitsim.contracts import BitSpace, BodyFile, GenomeSpace, Organism, RealSpace
+from gaitsim.contracts import BitSpace, GenomeSpace, Organism, RealSpace
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment.model import Experiment, space_of
 from gaitsim.experiment.outline import ExperimentOutline
@@ -24,9 +24,7 @@ from gaitsim.registry import (
     contract_error,
     entries,
     find,
-    load_class,
     options,
-    plugin_errors,
 )
 from gaitsim.registry.entry_points import ARGUMENTS, PYTHON
 from gaitsim.registry.loading import read_preset
@@ -36,7 +34,11 @@ from gaitsim.toml import LARGEST
 
 
 def load_experiment(
-    reference: str, overrides: Overrides | None = None, place: str = COMMAND_LINE
+    reference: str,
+    overrides: Overrides | None = None,
+    place: str = COMMAND_LINE,
+    *,
+    roots: Sequence[Path] = (),
 ) -> Experiment:
     """Return the experiment of a preset, a TOML file or a robot's file.
 
@@ -47,6 +49,7 @@ def load_experiment(
             or the suffix of a robot's file.
         overrides: values of options by key, such as `{"mutation.rate": 0.1}`.
         place: origin of the overrides, for messages.
+        roots: additional folders that a robot's file may refer to.
 
     Raises:
         ExperimentError: the experiment has problems; the error lists all of them.
@@ -60,7 +63,7 @@ def load_experiment(
             f"organism.{option}": reference,
             **(overrides or {}),
         }
-        return parse_experiment(read_preset(body), reference, given, place)
+        return parse_experiment(read_preset(body), reference, given, place, roots=roots)
     if path.suffix == ".toml" or path.name != reference:
         example, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
         text = read_file(path, "experiment", example, f"name a preset: {listed}")
@@ -78,17 +81,6 @@ def load_experiment(
             error.remedy = f"{error.remedy} or, {hint}" if error.remedy else hint
         raise
     return parse_experiment(text, f"preset {reference}", overrides, place)
-
-
-def read_body(path: Path, roots: Sequence[Path] = ()) -> tuple[BodyFile, Experiment]:
-    """Return the body in a file, such as a robot's, and the experiment that `gaitsim run` uses."""
-    body, option = reader_of(path)
-    entry, model = find("organism", body), load_class("organism", body)
-    assert issubclass(model, Organism)
-    with plugin_errors(entry, "reading a file"):
-        found = model.read_file(path, roots)
-    given = {"name": experiment_name(path), f"organism.{option}": found.text}
-    return found, parse_experiment(read_preset(body), str(path), given, str(path))
 
 
 def read_file(path: Path, noun: str, example: str, remedy: str) -> str:
@@ -120,6 +112,7 @@ def parse_experiment(
     overrides: Overrides | None = None,
     place: str = COMMAND_LINE,
     folder: Path | None = None,
+    roots: Sequence[Path] = (),
 ) -> Experiment:
     """Return the experiment that a TOML text describes, with overrides.
 
@@ -129,8 +122,9 @@ def parse_experiment(
         overrides: values of options by key.
         place: origin of the overrides, for messages.
         folder: folder of relative paths in the text; None for a text that must not refer to files.
+        roots: additional folders that files in options may refer to.
     """
-    return Reader(text, source, overrides, place, folder).read()
+    return Reader(text, source, overrides, place, folder, roots).read()
 
 
 def parse_space(text: str, source: str) -> tuple[str, GenomeSpace]:

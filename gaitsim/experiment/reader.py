@@ -2,7 +2,7 @@
 
 import json
 import unicodedata
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -10,6 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from gaitsim import registry, toml
 from gaitsim.contracts import Organism
+from gaitsim.contracts.plugin import ReadableFiles
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment.combination import (
     check_combination,
@@ -65,6 +66,7 @@ class Reader:
         place: origin of the overrides, for messages.
         folder: folder of relative paths in the text; None for a text that must not refer to files.
             Relative paths in overrides start from the current folder.
+        roots: additional folders that files in options may refer to.
     """
 
     def __init__(
@@ -74,8 +76,9 @@ class Reader:
         overrides: Overrides | None = None,
         place: str = COMMAND_LINE,
         folder: Path | None = None,
+        roots: Sequence[Path] = (),
     ) -> None:
-        self._folder = folder
+        self._folder, self._roots = folder, tuple(roots)
         try:
             self._data = toml.parse(text, source)
         except GaitsimError as error:
@@ -291,7 +294,9 @@ class Reader:
         try:
             # Strict validation of JSON, unlike that of Python values, accepts a list for a tuple.
             text = json.dumps(values, default=_reject_date)
-            parsed = model.model_validate_json(text, strict=True, context=folders)
+            parsed = model.model_validate_json(
+                text, strict=True, context=ReadableFiles(folders, self._roots)
+            )
         except ValidationError as error:
             self._problems.add_option_errors(section, model, values, error)
             return None

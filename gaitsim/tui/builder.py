@@ -29,6 +29,7 @@ from gaitsim.experiment import (
     load_experiment,
     parse_experiment,
 )
+from gaitsim.experiment.loading import is_body_file
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.options import OPERATORS, PLUGIN
 from gaitsim.runs.files.folder import RUNS
@@ -169,6 +170,7 @@ class Validation:
         forms: forms of the sections by name.
         offered: plugins that work with the other parts, by kind.
         toml: experiment file with long values shortened; '' if the experiment has problems.
+        warnings: likely mistakes in the options of the body.
     """
 
     builder: ExperimentBuilder
@@ -177,6 +179,7 @@ class Validation:
     forms: Mapping[str, Form]
     offered: Mapping[str, tuple[str, ...]]
     toml: str
+    warnings: tuple[str, ...] = ()
 
     @property
     def used_sections(self) -> tuple[str, ...]:
@@ -191,7 +194,7 @@ class Validation:
     def summary(self, run: Path) -> str:
         """Return a line: where the experiment would run, or its first problem."""
         if not self.problems:
-            return f"✓ Ready to run as {run}"
+            return "\n⚠ ".join([f"✓ Ready to run as {run}", *self.warnings])
         key, first = next(iter(self.problems.items()))
         more = f"  (and {len(self.problems) - 1} more)" if len(self.problems) > 1 else ""
         parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
@@ -201,12 +204,12 @@ class Validation:
 
 def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
     """Check an experiment and find all its problems."""
-    preset = builder.preset
     problems: dict[str, GaitsimError] = {}
     experiment = None
+    warnings: tuple[str, ...] = ()
     try:
-        experiment = parse_experiment(preset.text, preset.reference, builder.overrides)
-        written = experiment.to_toml(brief=True)
+        experiment = _experiment(builder)
+        written, warnings = experiment.to_toml(brief=True), experiment.warnings()
     except ExperimentError as error:
         written = ""
         for problem in error.problems:
@@ -219,7 +222,15 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
         if _uses(builder, catalogue, section)
     }
     offered = catalogue.offered(forms["organism"].plugin, experiment)
-    return Validation(builder, experiment, problems, forms, offered, written)
+    return Validation(builder, experiment, problems, forms, offered, written, warnings)
+
+
+def _experiment(builder: ExperimentBuilder) -> Experiment:
+    """Return the experiment. A robot's file is read again, as options may scale it."""
+    preset = builder.preset
+    if is_body_file(preset.reference):
+        return load_experiment(preset.reference, builder.overrides)
+    return parse_experiment(preset.text, preset.reference, builder.overrides)
 
 
 def _uses(builder: ExperimentBuilder, catalogue: Catalogue, section: str) -> bool:

@@ -18,11 +18,13 @@ from gaitsim_robot.anatomy import (
 )
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.limbs import Limb, Tree, leg_order
+from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.standing import Stand
 
 LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb's depth
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
+OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
 ALIKE = 0.2  # largest difference between mirrored legs, as a share of a leg's length
 SHORT = (
     0.5  # share of the distance between front and rear hips; a shorter trunk is only a part of it
@@ -113,6 +115,7 @@ class Finder:
     ) -> None:
         self.model, self.feet, self.stance, self.facing = model, feet, stance, facing
         self.rest, self.given = self._rest()
+        self._check_geometry()
 
     def find(self) -> Anatomy:
         """Return the anatomy."""
@@ -126,6 +129,23 @@ class Finder:
                 break
         assert first is not None
         raise first
+
+    def _check_geometry(self) -> None:
+        """Check that the geometry and the joints of the robot have the same unit of length."""
+        data = pose_data(self.model, self.rest)
+        surface = surfaces(self.model)
+        points = surface.place(data)
+        apart = float(np.ptp(data.xanchor[1:], axis=0).max())
+        for body in range(1, self.model.nbody):
+            of_link = surface.points_on(np.array([body]))
+            size = float(np.ptp(points[of_link], axis=0).max(initial=0.0)) if len(of_link) else 0.0
+            if size > OVERSIZED * apart > 0:
+                raise GaitsimError(
+                    f"the link {self.model.body(body).name!r} is {size:.3g} m long, although all "
+                    f"joints are within {apart:.3g} m",
+                    remedy="convert its geometry to metres; for a mesh in millimetres, write "
+                    'scale="0.001 0.001 0.001" in the element <mesh>',
+                )
 
     def _rest(self) -> tuple[Floats, bool]:
         """Return the keyframe's pose, or else the pose at zero, clipped to the joint limits.

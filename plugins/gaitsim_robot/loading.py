@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Facts
+from gaitsim.contracts import BodyFile, Facts
 from gaitsim.errors import nearest
 from gaitsim.legged import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
@@ -31,16 +31,34 @@ ServoOptions = tuple[ServoName, float | None, float | None, float | None, float 
 """Options of the servos: name, torque limit, speed limit, latency and stiffness."""
 
 
-def robot_text(model: str, folder: Path | None) -> str:
+def robot_text(
+    model: str,
+    folder: Path | None,
+    roots: tuple[Path, ...] = (),
+    *,
+    scale: float = 1.0,
+    mass_scale: float = 1.0,
+) -> str:
     """Return the option `model` in the form that an experiment stores: bundled name or text.
 
     Args:
         model: name of a bundled robot, a robot's text, or the path of a file.
         folder: base of relative paths; None forbids files.
+        roots: additional folders that a file may refer to.
+        scale: factor for the lengths of a file.
+        mass_scale: factor for the masses of a file.
     """
+    is_text = model.lstrip().startswith("<")
+    if (is_text or model in BUNDLED) and (scale, mass_scale) != (1, 1):
+        raise RobotError(
+            f"{'scale' if scale != 1 else 'mass_scale'} converts the units of a robot's file, but "
+            f"the model is {'a text that was already read' if is_text else f'bundled: {model!r}'}",
+            key="scale" if scale != 1 else "mass_scale",
+            remedy="set organism.model to the path of the file, too",
+        )
     if model in BUNDLED:
         return model
-    if model.lstrip().startswith("<"):
+    if is_text:
         compile_model(model)
         return model
     if folder is None or not model:
@@ -57,13 +75,30 @@ def robot_text(model: str, folder: Path | None) -> str:
             remedy=nearest(model, BUNDLED),
         )
     status = path.stat()
-    return _import_text(path.absolute(), status.st_mtime_ns, status.st_size)
+    found = _import(path.absolute(), status.st_mtime_ns, status.st_size, roots, scale, mass_scale)
+    _imported[found.text] = found
+    return found.text
 
 
 @lru_cache(maxsize=4)
-def _import_text(path: Path, _changed: int, _size: int) -> str:
+def _import(
+    path: Path,
+    _changed: int,
+    _size: int,
+    roots: tuple[Path, ...],
+    scale: float,
+    mass_scale: float,
+) -> BodyFile:
     # Cached, as a form in the terminal UI checks its options at every keystroke.
-    return import_robot(path).text
+    return import_robot(path, roots, scale=scale, mass_scale=mass_scale)
+
+
+_imported: dict[str, BodyFile] = {}
+
+
+def imported_file(text: str) -> BodyFile | None:
+    """Return the file from which this process imported a robot's text, or None."""
+    return _imported.get(text)
 
 
 @lru_cache(maxsize=16)

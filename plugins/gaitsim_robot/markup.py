@@ -73,22 +73,24 @@ def _trimmed(data: bytes) -> bytes:
     return data[at:] if at > 0 and b"<" not in data[:at].replace(b"<!--", b"") else data
 
 
-def numbers(text: str | None, count: int, default: str, where: str) -> Floats:
+def numbers(
+    text: str | None, count: int, default: str, where: str, largest: float = LARGEST
+) -> Floats:
     """Return the numbers of an attribute, (count,)."""
     words = (default if text is None or not text.strip() else text).replace(",", " ").split()
     try:
         values = np.array([float(word) for word in words])
     except ValueError:
         values = np.full(1, np.nan)
-    if len(values) != count or not (np.abs(values) <= LARGEST).all():
+    if len(values) != count or not (np.abs(values) <= largest).all():
         raise RobotError(
             f"invalid value {(text or '')[:80]!r}",
             where=where,
-            allowed=f"{count} number{'s' if count > 1 else ''} within ±{LARGEST:,.0f}",
+            allowed=f"{count} number{'s' if count > 1 else ''} within ±{largest:,.0f}",
         )
     return values
 
 
-def number(text: str | None, default: float, where: str) -> float:
+def number(text: str | None, default: float, where: str, largest: float = LARGEST) -> float:
     """Return the number of an attribute."""
-    return float(numbers(text, 1, str(default), where)[0])
+    return float(numbers(text, 1, str(default), where, largest)[0])

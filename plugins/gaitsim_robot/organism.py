@@ -1,12 +1,11 @@
 """The body `robot`: any legged robot from a URDF or MJCF file."""
 
 import math
-from collections.abc import Mapping, Sequence
-from pathlib import Path
+from collections.abc import Mapping
 from typing import ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import ValidationInfo, field_validator, model_validator
+from pydantic import ValidationInfo, model_validator
 
 from gaitsim.contracts import (
     WORLD_HELP,
@@ -25,6 +24,7 @@ from gaitsim.contracts import (
     check_world,
     folder_of,
     option,
+    roots_of,
 )
 from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
 from gaitsim.errors import GaitsimError
@@ -39,11 +39,11 @@ from gaitsim.legged import (
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
-from gaitsim_robot.importing import import_robot
 from gaitsim_robot.loading import (
     BUNDLED,
     ServoOptions,
     bundled_text,
+    imported_file,
     joint_ranges,
     load_anatomy,
     load_encoding,
@@ -56,6 +56,7 @@ from gaitsim_robot.loading import (
 from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
+from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
 
@@ -119,6 +120,20 @@ class Robot(Organism):
         "quadruped",
         "a bundled robot ('quadruped', 'hexapod' or 'spider-physics'), the path of a URDF or MJCF "
         "file, or the text into which gaitsim converts such a file",
+    )
+    scale: float = option(
+        1.0,
+        "factor for all lengths in the robot's file, such as 0.001 for millimetres; experiments "
+        "and runs store the scaled robot, with a scale of 1",
+        ge=1e-6,
+        le=1e6,
+    )
+    mass_scale: float = option(
+        1.0,
+        "factor for all masses in the robot's file, such as 0.001 for grams; experiments and runs "
+        "store the scaled robot, with a factor of 1",
+        ge=1e-6,
+        le=1e6,
     )
     encoding: Kind = option(
         "steps",
@@ -203,14 +218,23 @@ class Robot(Organism):
     dynamic: ClassVar[bool] = True
     channels: ClassVar[Mapping[str, Channel]] = CHANNELS
 
-    @field_validator("model")
-    @classmethod
-    def _import_model(cls, model: str, info: ValidationInfo) -> str:
+    @model_validator(mode="after")
+    def _import_model(self, info: ValidationInfo) -> Self:
+        """Replace the path of a file by the scaled robot's text, which needs no scale."""
         try:
-            return robot_text(model, folder_of(info))
+            text = robot_text(
+                self.model,
+                folder_of(info, "model"),
+                roots_of(info),
+                scale=self.scale,
+                mass_scale=self.mass_scale,
+            )
         except GaitsimError as error:
-            error.key = "model"
+            error.key = error.key or "model"
             raise
+        for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
+            object.__setattr__(self, name, value)  # the model is frozen
+        return self
 
     @model_validator(mode="after")
     def _check(self) -> Self:
@@ -286,7 +310,13 @@ class Robot(Organism):
 
     def warnings(self) -> tuple[str, ...]:
         """Return likely mistakes in the robot's file."""
-        return self.anatomy.warnings
+        anatomy, found = self.anatomy, self.imported()
+        units = unit_warning(anatomy.length, anatomy.mass)
+        return (
+            *((units,) if units else ()),
+            *(found.warnings if found else ()),
+            *anatomy.warnings,
+        )
 
     @classmethod
     def library(cls) -> Facts:
@@ -295,15 +325,9 @@ class Robot(Organism):
 
         return describe_library({name: cls(model=name).anatomy for name in BUNDLED})
 
-    @classmethod
-    def read_file(cls, path: Path, roots: Sequence[Path] = ()) -> BodyFile:
-        """Read a URDF or MJCF file.
-
-        Args:
-            path: the file.
-            roots: additional folders that contain files it refers to, such as other ROS packages.
-        """
-        return import_robot(path, roots)
+    def imported(self) -> BodyFile | None:
+        """Return the file from which this process read the robot; None for other robots."""
+        return imported_file(self.model)
 
     def genome_space(self) -> RealSpace:
         """Return the genome space of the encoding."""

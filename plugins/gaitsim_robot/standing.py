@@ -116,12 +116,12 @@ class Stand:
         """Return which link is too close to the ground, given heights of `others`, (points,) m."""
         lowest = int(np.argmin(heights - least))
         link = self.model.body(self.surfaces.bodies[self.others[lowest]]).name
-        height, required = 1000 * heights[lowest], 1000 * least[lowest]
+        height = float(heights[lowest])
         if height < 0:
-            return f"the link {link!r} reaches {-height:.2g} mm below the feet"
+            return f"the link {link!r} reaches {_distance(-height)} below the feet"
         return (
-            f"the link {link!r} is {height:.2g} mm above the ground, and must be at least "
-            f"{required:.2g} mm above it"
+            f"the link {link!r} is {_distance(height)} above the ground, and must be at least "
+            f"{_distance(least[lowest])} above it"
         )
 
     def _tilt(self, limb: Limb, qpos: Floats) -> float:
@@ -257,6 +257,10 @@ class Stand:
 
     def _leg_angles(self, index: int, qpos: Floats) -> Floats:
         return self._angles(self.limbs[index], qpos)
+
+
+def _distance(metres: float) -> str:
+    return f"{metres:.2g} m" if metres >= 1 else f"{1000 * metres:.2g} mm"
 
 
 def mirror_angles(chain: Any, other: Any, angles: Floats) -> Floats:

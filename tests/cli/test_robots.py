@@ -37,6 +37,38 @@ def test_an_unusable_file_exits_with_1_and_the_reason(shaped, gaitsim, file):
     assert "too long" in gaitsim("robots", "check", "a.shape", code=1).stderr
 
 
+def test_options_can_be_set(shaped, gaitsim, file):
+    check = "robots", "check", "a.shape"
+    done = gaitsim(*check, "--set", "organism.size=100", "--set", "organism.label=odd")
+    assert "100.0 m" in done.stdout
+    assert "Warnings\n  it is heavy" in done.stdout
+    assert "gaitsim run a.shape --set organism.size=100 --set organism.label=odd" in done.stdout
+    found = json.loads(gaitsim(*check, "--set", "organism.size=100", "--json").stdout)
+    assert found["warnings"] == ["it is heavy"]
+    assert json.loads(gaitsim(*check, "--json").stdout)["warnings"] == []
+
+
+@pytest.mark.parametrize(
+    ("pair", "said"),
+    [
+        ("organism.size=-1", "invalid organism.size: -1"),
+        ("organism.sise=1", "did you mean 'size'?"),
+        ("size=1", 'unknown key "size"'),
+        ("organism.shape=ball", "organism.shape cannot be set, as the command checks a.shape"),
+        ("organism.plugin=spider", "organism.plugin cannot be set"),
+        ("nonsense", "is not KEY=VALUE"),
+    ],
+)
+def test_invalid_settings_are_reported_as_by_run(shaped, gaitsim, file, pair, said):
+    assert said in gaitsim("robots", "check", "a.shape", "--set", pair, code=2).stderr
+
+
+def test_a_run_prints_the_warnings_of_its_body(shaped, gaitsim, file):
+    brief = "run", "a.shape", "--generations", 1
+    assert "Warning: it is heavy" in gaitsim(*brief, "--set", "organism.size=100").stderr
+    assert "Warning" not in gaitsim(*brief).stderr
+
+
 def test_invalid_options_exit_with_2(shaped, gaitsim, file):
     assert "file not found" in gaitsim("robots", "check", "none.shape", code=2).stderr
     assert ".png" in gaitsim("robots", "check", "a.shape", "--picture", "a.gif", code=2).stderr

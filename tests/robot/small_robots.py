@@ -143,3 +143,53 @@ WHEELS = robot(
         for name, (x, y) in CORNERS.items()
     ),
 )
+
+
+def dog_urdf(*, length: float = 1, mass: float = 1, angle: float = 1, masses: bool = True) -> str:
+    """Return a quadruped of 12 kg and 0.4 m in other units.
+
+    Args:
+        length: number of units of length in a metre.
+        mass: number of units of mass in a kilogram.
+        angle: number of units of angles in a radian.
+        masses: whether the links state masses.
+    """
+    inertia = mass * length**2
+
+    def link(name: str, weight: float, moment: float, drop: float, solid: str) -> str:
+        moments = " ".join(f'i{axis}="{moment * inertia}"' for axis in ("xx", "yy", "zz"))
+        origin = f'<origin xyz="0 0 {-drop * length}"/>'
+        inertial = (
+            f'<inertial>{origin}<mass value="{weight * mass}"/><inertia {moments} ixy="0" '
+            'ixz="0" iyz="0"/></inertial>'
+        )
+        return (
+            f'<link name="{name}">{inertial if masses else ""}<collision>{origin}'
+            f"<geometry>{solid}</geometry></collision></link>"
+        )
+
+    def rod(radius: float, size: float) -> str:
+        return f'<cylinder radius="{radius * length}" length="{size * length}"/>'
+
+    parts = [
+        link("trunk", 8, 0.1, 0, f'<box size="{0.4 * length} {0.16 * length} {0.1 * length}"/>')
+    ]
+    for name, (x, y) in CORNERS.items():
+        parts += [
+            link(f"{name}_hip", 0.3, 1e-4, 0, f'<sphere radius="{0.02 * length}"/>'),
+            link(f"{name}_thigh", 0.5, 2e-3, 0.1, rod(0.015, 0.2)),
+            link(f"{name}_shank", 0.2, 6e-4, 0.09, rod(0.01, 0.18)),
+        ]
+        for joint, parent, child, place, axis, low, high in (
+            ("roll", "trunk", f"{name}_hip", (x, y, 0), "1 0 0", -0.8, 0.8),
+            ("pitch", f"{name}_hip", f"{name}_thigh", (0, 0, 0), "0 1 0", -1.5, 1.5),
+            ("knee", f"{name}_thigh", f"{name}_shank", (0, 0, -0.2), "0 1 0", -2.5, -0.1),
+        ):
+            origin = " ".join(str(value * length) for value in place)
+            parts.append(
+                f'<joint name="{name}_{joint}" type="revolute"><parent link="{parent}"/>'
+                f'<child link="{child}"/><origin xyz="{origin}"/><axis xyz="{axis}"/>'
+                f'<limit lower="{low * angle}" upper="{high * angle}" effort="20" velocity="10"/>'
+                "</joint>"
+            )
+    return f'<robot name="dog">{"".join(parts)}</robot>'

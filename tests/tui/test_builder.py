@@ -2,6 +2,7 @@
 
 import shlex
 from dataclasses import replace
+from importlib.resources import files
 from pathlib import Path
 
 import pytest
@@ -66,6 +67,17 @@ class TestValidate:
         assert set(validate(builder, catalogue).problems) == {"mutation.rate"}
         broken = replace(SPIDER, reference=str(file), text=SPIDER.text.replace("elites", "elite"))
         assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"search.elite"}
+
+    def test_a_robot_is_read_again_when_its_scale_changes(self, catalogue, tmp_path):
+        model = files("gaitsim_robot") / "models" / "quadruped.xml"
+        file = tmp_path / "robot.xml"
+        file.write_bytes(model.read_bytes())
+        loaded = load_preset(str(file))
+        found = validate(ExperimentBuilder(loaded, {"organism.scale": "0.5"}), catalogue)
+        assert found.experiment.organism.anatomy.trunk == pytest.approx(0.14)
+        assert found.summary(Path("runs/a")) == "✓ Ready to run as runs/a"
+        large = validate(ExperimentBuilder(loaded, {"organism.scale": "1000"}), catalogue)
+        assert "\n⚠ the robot is 280 m long" in large.summary(Path("runs/a"))
 
     def test_forms_have_every_option_with_its_value(self, catalogue):
         found = validate(build(fitness__yaw_weight="9"), catalogue)

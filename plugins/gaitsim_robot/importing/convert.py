@@ -8,22 +8,25 @@ from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import RobotFiles, read
 from gaitsim_robot.importing.joints import repair_joints
 from gaitsim_robot.importing.mjcf import read_mjcf
-from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes
+from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes, robot_size
 from gaitsim_robot.importing.tree import write
 from gaitsim_robot.importing.urdf import read_urdf
 from gaitsim_robot.markup import parse
 from gaitsim_robot.text import check_text, compile_text
+from gaitsim_robot.units import unit_warning
 
 
-def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
-    """Return the name, text and repairs of the robot in a file."""
+def convert(
+    path: str, roots: Sequence[str], scale: float = 1.0, mass_scale: float = 1.0
+) -> dict[str, Any]:
+    """Return the name, text, repairs and warnings of the robot in a file."""
     file = Path(path)
     document = parse(read(file), path)
     files = RobotFiles(file.resolve(), [Path(root) for root in roots])
     if document.tag == "robot":
         robot = read_urdf(document, files, path)
     elif document.tag == "mujoco":
-        robot = read_mjcf(document, files, path)
+        robot = read_mjcf(document, files, path, scale)
     else:
         raise RobotError(
             f"not a robot: the document is a <{document.tag[:40]}>",
@@ -32,6 +35,7 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
             remedy="convert SDF or USD files to one of these formats",
         )
     robot.name = robot.name or file.stem
+    robot.rescale(scale, mass_scale)
     repair_joints(robot)
     repair_shapes(robot)
     repair_origin(robot)
@@ -45,6 +49,12 @@ def convert(path: str, roots: Sequence[str]) -> dict[str, Any]:
             f"the robot cannot be simulated: {error.what}",
             where=path,
             allowed=error.allowed,
-            remedy="check the sizes, masses and names in the file",
+            remedy=unit_warning(robot_size(robot), robot.mass)
+            or "check the sizes, masses and names in the file",
         ) from None
-    return {"name": robot.name, "text": text, "repairs": list(dict.fromkeys(robot.repairs))}
+    return {
+        "name": robot.name,
+        "text": text,
+        "repairs": list(dict.fromkeys(robot.repairs)),
+        "warnings": robot.warnings,
+    }

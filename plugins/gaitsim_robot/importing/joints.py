@@ -41,6 +41,7 @@ def repair_joints(robot: RobotTree) -> None:
             where=robot.name,
             allowed="at least one revolute or hinge joint",
         )
+    _warn_of_degrees(robot)
     _assume_limits(robot)
     _filter_couplings(robot)
 
@@ -124,6 +125,23 @@ def _merge_massless(robot: RobotTree) -> None:
             body.shapes, body.sites, body.children = child.shapes, child.sites, child.children
 
 
+def _warn_of_degrees(robot: RobotTree) -> None:
+    """Warn if most limits look like degrees: beyond one turn if read as radians, but not 360°."""
+    ranges = {
+        joint.name: joint.range
+        for joint in robot.joints
+        if joint.range is not None and np.isfinite(joint.range).all()
+    }
+    suspicious = {name: ends for name, ends in ranges.items() if TURN < max(map(abs, ends)) <= 360}
+    if suspicious and 2 * len(suspicious) >= len(ranges):
+        name, (low, high) = next(iter(suspicious.items()))
+        robot.warnings.append(
+            f"the limits of {len(suspicious)} of {len(ranges)} joints are probably degrees, as "
+            f"radians would be several turns, such as {low:.4g} to {high:.4g} of {name!r}; write "
+            f"them in radians: {math.radians(low):.4g} to {math.radians(high):.4g}"
+        )
+
+
 def _assume_limits(robot: RobotTree) -> None:
     endless: list[str] = []
     missing: list[str] = []
@@ -138,10 +156,10 @@ def _assume_limits(robot: RobotTree) -> None:
         elif not all(abs(limit) <= TURN for limit in joint.range):
             endless.append(joint.name)
             low, high = joint.range
-            joint.range = (
-                low if abs(low) <= TURN else joint.reference - math.pi,
-                high if abs(high) <= TURN else joint.reference + math.pi,
-            )
+            turn = joint.reference - math.pi, joint.reference + math.pi
+            low = low if abs(low) <= TURN else turn[0]
+            high = high if abs(high) <= TURN else turn[1]
+            joint.range = (low, high) if low < high else turn
     if missing:
         robot.repairs.append(f"joints without limits, ±90° assumed: {format_names(missing)}")
     if endless:

@@ -35,13 +35,21 @@ _FINITE = (
 _STANDING_NAMES = ("stand", "home")
 
 
-def read_mjcf(root: Element, files: RobotFiles, where: str) -> RobotTree:
-    """Return the robot of an MJCF document: the tree of bodies with the most joints."""
+def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) -> RobotTree:
+    """Return the robot of an MJCF document: the tree of bodies with the most joints.
+
+    Args:
+        root: the document.
+        files: files that the robot may use.
+        where: path of the file, for messages.
+        scale: factor by which lengths will be multiplied; masses that MuJoCo computes from
+            densities are already those of the resulting volumes.
+    """
     repairs: list[str] = []
     inline_includes(root, files, where)
     modernise(root, where, repairs)
     assets = resolve_files(root, files, where, repairs)
-    model = _compiled(tostring(root, "unicode"), assets, where)
+    model = _compiled(tostring(root, "unicode"), assets, where, scale)
     # MuJoCo does not reject NaN and infinity.
     if not all(np.isfinite(getattr(model, name)).all() for name in _FINITE):
         raise RobotError(
@@ -52,13 +60,15 @@ def read_mjcf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     return _Reader(model, where, repairs).robot()
 
 
-def _compiled(text: str, assets: dict[str, bytes], where: str) -> Any:
+def _compiled(text: str, assets: dict[str, bytes], where: str, scale: float) -> Any:
     import mujoco
 
     disable_log()
     try:
         spec = mujoco.MjSpec.from_string(text, assets=assets)
         spec.compiler.balanceinertia = True
+        for geom in spec.geoms:
+            geom.density *= scale**3
         try:
             return spec.compile()
         except ValueError as error:

@@ -37,7 +37,7 @@ def repair_shapes(robot: RobotTree) -> None:
     visible: list[str] = []
     capsules: list[str] = []
     flat: list[str] = []
-    length = _length(robot)
+    length = robot_size(robot)
     meshes = sum(shape.vertices is not None for body in bodies for shape in body.colliding)
     if meshes:
         robot.repairs.append(f"meshes replaced by convex hulls: {meshes}")
@@ -92,7 +92,7 @@ def _simple(shape: Shape, most: int, name: str, flat: list[str]) -> Shape:
     return Shape("box", shape.place @ place, size, None, *bits)
 
 
-def _length(robot: RobotTree) -> float:
+def robot_size(robot: RobotTree) -> float:
     """Return the size of the robot, the extent of its bodies' origins and shapes, m."""
     points: list[Floats] = []
 
@@ -182,7 +182,7 @@ def repair_masses(robot: RobotTree) -> None:
             f"links without mass, {light[0].mass:.2g} kg each assumed: "
             f"{format_names([body.name for body in light])}"
         )
-    length = _length(robot)
+    length = robot_size(robot)
     changed: list[str] = []
     balanced: list[str] = []
     for body in bodies:

@@ -159,6 +159,7 @@ class RobotTree:
         excludes: pairs of names of bodies that never touch.
         stand: place of the trunk and joint angles, rad, in the keyframe; None without a keyframe.
         repairs: descriptions of everything that was dropped, replaced, added or assumed.
+        warnings: likely mistakes in the file, each with a remedy.
     """
 
     name: str
@@ -168,6 +169,38 @@ class RobotTree:
     excludes: list[tuple[str, str]] = field(default_factory=list)
     stand: tuple[Place, dict[str, float]] | None = None
     repairs: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+    def rescale(self, length: float, mass: float) -> None:
+        """Multiply all lengths and all masses.
+
+        Inertias, also those of rotors (armature), are multiplied by `mass` and the square of
+        `length`, as the file states them in the same units. Forces, torques and angles stay.
+        """
+        for body in self.root.walk():
+            places = [body.place, *(shape.place for shape in body.shapes), *body.sites.values()]
+            for place in places:
+                place.position = length * place.position
+            body.centre = length * body.centre
+            body.mass *= mass
+            body.inertia = mass * length**2 * body.inertia
+            for shape in body.shapes:
+                shape.size = length * shape.size
+                shape.vertices = None if shape.vertices is None else length * shape.vertices
+            for joint in body.joints:
+                joint.position = length * joint.position
+                joint.armature *= mass * length**2
+        if self.stand is not None:
+            self.stand[0].position = length * self.stand[0].position
+        if length != 1:
+            self.repairs.append(f"lengths multiplied by {length:g}")
+        if mass != 1:
+            self.repairs.append(f"masses multiplied by {mass:g}")
+
+    @property
+    def mass(self) -> float:
+        """Mass of the robot, kg."""
+        return sum(body.mass for body in self.root.walk())
 
     @property
     def joints(self) -> list[TreeJoint]:

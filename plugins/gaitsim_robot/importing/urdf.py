@@ -19,6 +19,10 @@ from gaitsim_robot.importing.tree import (
 )
 from gaitsim_robot.markup import number, numbers
 
+LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² instead of kg·m²
+
+LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² instead of kg·m²
+
 # MuJoCo's kind for each movable kind of joint in URDF. Repairs fix balls, hence also planar joints.
 _KINDS = {
     "revolute": "hinge", "continuous": "hinge", "prismatic": "slide", "floating": "free",
@@ -133,7 +137,7 @@ class _Reader:
             tensor = inertial.find("inertia")
             if tensor is not None:
                 xx, xy, xz, yy, yz, zz = (
-                    number(tensor.get(key), 0.0, where)
+                    number(tensor.get(key), 0.0, where, LARGEST_INERTIA)
                     for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
                 )
                 local = np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
