@@ -122,23 +122,22 @@ def _largest_intervals(worth: NDArray[np.intp], stride: NDArray[np.intp]) -> Con
         Whether each frame belongs to the interval of its stride, (population, frames).
     """
     population, frames = worth.shape
-    time, scale = np.arange(frames), frames + 1
-    above = scale * (2 * GRAIN * frames + 1)  # separates the strides in running minima and maxima
+    time, bits = np.arange(frames), frames.bit_length()
+    mask = (1 << bits) - 1
+    # Whole numbers hold a sum and, in their last bits, the frame where it occurs: of equal sums,
+    # the first one wins. A large multiple of the stride separates the strides.
+    above = ((2 * GRAIN * frames + 1) << bits) * stride
     after = np.cumsum(worth, axis=1)
-    before = after - worth
-    # Each key has a value and the frame where it occurs; of equal values, the first one wins.
-    lowest = np.minimum.accumulate(before * scale + time - above * stride, axis=1)
-    least, start = np.divmod(lowest + above * stride, scale)
-    keys = (after - least) * scale + frames - time
-    highest = np.maximum.accumulate(keys + above * stride, axis=1)
-    best, end = np.divmod(highest - above * stride, scale)
+    lowest = np.minimum.accumulate(((after - worth) << bits) + time - above, axis=1) + above
+    gain = after - (lowest >> bits)
+    highest = np.maximum.accumulate((gain << bits) + frames - time + above, axis=1) - above
     last = np.ones(worth.shape, dtype=bool)
     last[:, :-1] = stride[:, 1:] != stride[:, :-1]
-    row, column = np.nonzero(last & (best > 0))
-    to = frames - end[row, column]
+    row, column = np.nonzero(last & (highest >> bits > 0))
+    end = frames - (highest[row, column] & mask)
     edges = np.zeros((population, frames + 1), np.intp)
-    edges[row, start[row, to]] += 1
-    edges[row, to + 1] -= 1
+    edges[row, lowest[row, end] & mask] += 1
+    edges[row, end + 1] -= 1
     chosen: Contacts = np.cumsum(edges, axis=1)[:, :-1] > 0
     return chosen
 

@@ -321,7 +321,9 @@ def _standing(simulation: Simulation) -> str:
 
 def _limits(servo: Servo) -> str:
     latency = f", latency {servo.latency * 1000:.0f} ms" if servo.latency else ""
-    return f"{servo.stall_torque:.3g} N m, {servo.no_load_speed:.3g} rad/s{latency}"
+    rating = servo.continuous * servo.stall_torque
+    continuous = f" ({rating:.2g} continuous)" if rating else ""
+    return f"{servo.stall_torque:.3g} N m{continuous}, {servo.no_load_speed:.3g} rad/s{latency}"
 
 
 def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:

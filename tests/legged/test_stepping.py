@@ -134,6 +134,31 @@ def test_chatter_does_not_change_what_a_gait_is(gait, period, duty):
     assert found["chatter"].values[0] > 0.3
 
 
+@pytest.mark.slow
+def test_chatter_changes_few_of_many_random_gaits():
+    """`docs/analysis.md` states these numbers."""
+    names = frequencies = duties = count = 0
+    for seed in range(40):
+        for gait, feet in FEET.items():
+            for period in np.random.default_rng(seed).uniform(15, 70, 4):
+                for duty in (0.35, 0.5, 0.65, 0.8):
+                    random = np.random.default_rng(seed)
+                    rough = chattering(random, period, duty, np.array(PHASES[gait]))
+                    estimated = feet_of(rough, tuple(feet), 50.0, dynamic=True)[1]
+                    found, stride = feet_of(
+                        rough, tuple(feet), 50.0, dynamic=True, commanded=50 / period
+                    )
+                    places = np.array([[(-int(n[1]), 1.0 - 2 * (n[0] == "R"), 0) for n in feet]])
+                    phases, consistency = phases_of(found, stride)
+                    name, _ = name_of(found, stride, phases, consistency, places, False)
+                    count += 1
+                    names += name.name != gait
+                    frequencies += abs(estimated.frequency * period / 50 - 1) > 0.01
+                    duties += max(abs(foot.duty_factor - duty) for foot in found) > 0.05
+    assert (count, names, frequencies) == (1920, 0, 6)
+    assert duties <= 0.011 * count
+
+
 def test_the_stance_of_a_stride_is_the_interval_with_the_most_usual_contact():
     random = np.random.default_rng(2)
     stance = random.random((6, 90, 1)) < np.linspace(0.2, 0.9, 6)[:, None, None]

@@ -115,18 +115,22 @@ def test_halving_the_time_step_changes_the_distance_of_a_trot_by_less_than_a_ten
     assert far[1] == pytest.approx(far[0], rel=0.1)
 
 
-def test_work_is_torque_times_speed():
+def test_work_is_torque_times_speed_and_rms_torque_counts_every_step():
     simulation, _ = standing_quadruped("sts3215", dt=0.002, latency=0)
     commands = trot(simulation, 101)
     motion = walk(simulation, commands)
-    data, work = started(simulation), 0.0
+    data, work, squares = started(simulation), 0.0, 0.0
     for frame in commands[0, :-1]:
         data.ctrl[simulation.ctrl] = frame
         for _ in range(simulation.steps):
             mujoco.mj_forward(simulation.model, data)
             work += np.abs(data.actuator_force * data.actuator_velocity).sum() * 0.002
+            squares += data.actuator_force[simulation.ctrl] ** 2
             mujoco.mj_step(simulation.model, data)
     assert motion["energy"][0, -1] == pytest.approx(work, rel=1e-3)
+    rms = np.sqrt(squares / (100 * simulation.steps))
+    assert motion["rms_torque"][0] == pytest.approx(rms, rel=1e-3)
+    assert motion["continuous_torque"][0] == pytest.approx(motion["stall_torque"][0] / 5)
 
 
 def test_an_individual_has_the_same_bits_among_others_alone_and_in_another_thread():
@@ -143,6 +147,10 @@ def test_an_individual_has_the_same_bits_among_others_alone_and_in_another_threa
         alone = list(threads.map(lambda one: walk(simulation, commands[[one]]), range(8)))
     for name, values in ((name, together[name]) for name in together):
         np.testing.assert_array_equal(np.concatenate([one[name] for one in alone]), values)
+    fallen = int(np.argmin(together["lasted"]))
+    until = round(together["lasted"][fallen] * 50) + 1
+    before = walk(simulation, commands[[fallen], :until])
+    assert together["rms_torque"][fallen] == pytest.approx(before["rms_torque"][0])
 
 
 def test_an_unstable_robot_fails_without_affecting_others_or_writing_files(

@@ -1,8 +1,11 @@
 """The screen that explains the score of an individual."""
 
+from dataclasses import replace
+
 import pytest
 
 import gaitsim as gs
+from gaitsim.gait import analyse_individual
 from gaitsim.tui.screens.why import Why
 
 
@@ -15,14 +18,26 @@ def displayed_texts(screen):
     return capture.get()
 
 
-async def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive):
+async def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive, monkeypatch):
+    def analyse(individual):
+        return replace(analyse_individual(individual), warnings=("The gait chatters",))
+
+    monkeypatch.setattr("gaitsim.tui.screens.why.analyse_individual", analyse)
     run = walk()
     async with drive() as driver:
         await driver.press("w")
         screen = await driver.at("Why")
         await driver.until(lambda: len(screen.query("VerticalScroll > Static")) > 4)
         texts = displayed_texts(screen)
-        for text in ("Score analysis", "reach", "price", "best of 1", "Gait: none", "speed"):
+        for text in (
+            "Score analysis",
+            "reach",
+            "price",
+            "best of 1",
+            "Gait: none",
+            "speed",
+            "chatters",
+        ):
             assert text in texts
         assert screen.command_line() == f"gaitsim analyse {run}"
         await driver.press("escape")
