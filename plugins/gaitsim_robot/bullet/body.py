@@ -9,15 +9,13 @@ import numpy as np
 from gaitsim.contracts.quaternions import conjugate, product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.client import Client
+from gaitsim_robot.bullet.ground import BASE, Contact, Ground
 from gaitsim_robot.bullet.multibody import RATIO, TRUNK, create_links
 from gaitsim_robot.shapes import geom_surface
 from gaitsim_robot.simulation import GROUND, Simulation
 
 STRONG = 1e9  # N m, largest torque of gears
 FAST = 1e9  # rad/s, largest speed of rotors
-
-BASE = -1
-"""Index of the trunk among the links."""
 
 
 class BulletBody:
@@ -32,7 +30,7 @@ class BulletBody:
         moving: indices of the links with joints, (joints,).
         joints: numbers of these joints in MuJoCo, (joints,).
         number: number of the robot in the client.
-        ground: number of the ground in the client.
+        ground: the ground.
     """
 
     def __init__(self, client: Client, simulation: Simulation) -> None:
@@ -43,15 +41,12 @@ class BulletBody:
         self.joints = np.array([self.links[index].joint for index in self.moving], np.intp)
         self._angles, self._speeds = model.jnt_qposadr[self.joints], model.jnt_dofadr[self.joints]
         client.setGravity(*model.opt.gravity.tolist())
-        plane = client.createCollisionShape(client.GEOM_PLANE, planeNormal=[0, 0, 1])
-        self.ground = client.createMultiBody(0, plane)
-        # Bullet multiplies the frictions of both bodies, whereas MuJoCo uses the larger one.
-        client.changeDynamics(self.ground, BASE, lateralFriction=1.0)
         with TemporaryDirectory() as folder:  # a body of several shapes needs its meshes as files
             self.number = self._create(folder)
         self._set_dynamics()
         self._connect_gears()
-        self._enable_contacts()
+        self.ground = self._create_ground()
+        self._enable_self_contacts()
         self._set_pose()
 
     def state(self) -> tuple[Floats, Floats]:
@@ -71,10 +66,23 @@ class BulletBody:
 
     def angles(self) -> tuple[Floats, Floats]:
         """Return the angles of the joints relative to the file's zero, and speeds, (joints,)."""
-        found = self.client.getJointStates(self.number, self.moving)
+        found = self.client.getJointStates(self.number, self.moving) or ()  # None without joints
         angles = np.array([state[0] for state in found])
         speeds = np.array([state[1] for state in found])
         return angles + self.model.qpos0[self._angles], speeds
+
+    def step(self, torques: Floats) -> dict[int, Contact]:
+        """Simulate a step; return the contacts with the ground by the index of the link.
+
+        Args:
+            torques: torques on the joints, (joints,) N m.
+        """
+        client = self.client
+        client.setJointMotorControlArray(
+            self.number, self.moving, client.TORQUE_CONTROL, forces=torques.tolist()
+        )
+        client.stepSimulation()
+        return self.ground.contacts()
 
     def push(self, change: Floats) -> None:
         """Change the velocity of the trunk, (3,) m/s."""
@@ -157,11 +165,9 @@ class BulletBody:
         client.changeDynamics(
             self.number, BASE, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FAST
         )
-        ground = model.geom(GROUND).friction[0]
         for index, link in enumerate((None, *self.links), BASE):
-            body = link.body if link else TRUNK
-            friction = max([ground, *model.geom_friction[self._geoms(body), 0]])
-            client.changeDynamics(self.number, index, lateralFriction=float(friction))
+            friction = self._friction(link.body if link else TRUNK)
+            client.changeDynamics(self.number, index, lateralFriction=friction)
             moments = link.inertia.moments if link else model.body_inertia[TRUNK]
             client.changeDynamics(self.number, index, localInertiaDiagonal=moments.tolist())
 
@@ -196,17 +202,36 @@ class BulletBody:
                 )
                 client.changeConstraint(gears, gearRatio=1 / RATIO, maxForce=STRONG, erp=0.0)
 
-    def _enable_contacts(self) -> None:
-        """Enable collisions for the same pairs of bodies as in MuJoCo."""
-        client, model = self.client, self.model
-        bodies = [(BASE, TRUNK)]
-        bodies += [(index, link.body) for index, link in enumerate(self.links) if link.body >= 0]
-        ground = [int(model.geom(GROUND).id)]
+    def _friction(self, body: int) -> float:
+        """Return the friction of a body on the ground."""
+        model = self.model
+        ground = model.geom(GROUND).friction[0]
+        return float(max([ground, *model.geom_friction[self._geoms(body), 0]]))
+
+    def _bodies(self) -> list[tuple[int, int]]:
+        """Return the links with a body: their indices, and MuJoCo's numbers of the bodies."""
+        linked = [(index, link.body) for index, link in enumerate(self.links) if link.body >= 0]
+        return [(BASE, TRUNK), *linked]
+
+    def _create_ground(self) -> Ground:
+        """Create the ground for the bodies that collide with it in MuJoCo."""
+        client, anatomy = self.client, self.simulation.anatomy
+        ground = [int(self.model.geom(GROUND).id)]
+        meeting = {
+            index: self._friction(body)
+            for index, body in self._bodies()
+            if self._may_collide(self._geoms(body), ground)
+        }
+        dt = client.getPhysicsEngineParameters()["fixedTimeStep"]
+        resistance = anatomy.mass / max(1, len(anatomy.legs)) / dt
+        return Ground(client, self.number, meeting, len(self.links), resistance)
+
+    def _enable_self_contacts(self) -> None:
+        """Enable collisions for the same pairs of the robot's bodies as in MuJoCo."""
+        client, model, bodies = self.client, self.model, self._bodies()
         excluded = {(one >> 16, one & 0xFFFF) for one in model.exclude_signature.tolist()}
         excluded |= {(other, one) for one, other in excluded}
         for position, (index, body) in enumerate(bodies):
-            meets = self._may_collide(self._geoms(body), ground)
-            client.setCollisionFilterPair(self.number, self.ground, index, BASE, int(meets))
             for second, other in bodies[:position]:
                 meets = self._may_collide(self._geoms(body), self._geoms(other))
                 meets &= (body, other) not in excluded and not self._related(body, other)

@@ -9,6 +9,8 @@ from typing import Any
 
 from gaitsim_robot.errors import RobotError
 
+ITERATIONS = 100  # robots walk as far as with 1,000 rounds, to 2 %
+
 _redirecting = Lock()  # all threads of the process share its streams
 
 
@@ -39,9 +41,13 @@ def open_client(dt: float) -> Iterator[Client]:
         with _silent(1):  # PyBullet prints the solver's name
             client.setPhysicsEngineParameter(
                 fixedTimeStep=dt,
-                # The armature of rotors is about a hundred times the inertia of shanks, so the
-                # iterative solver needs hundreds of rounds. Dantzig's method is exact and faster.
-                constraintSolverType=client.CONSTRAINT_SOLVER_LCP_DANTZIG,
+                # The armature of rotors is about a hundred times the inertia of shanks, so this
+                # iterative solver needs many rounds. Dantzig's method needs none, but limits the
+                # friction to shares of normal forces that it computes without friction.
+                constraintSolverType=client.CONSTRAINT_SOLVER_LCP_SI,
+                numSolverIterations=ITERATIONS,
+                solverResidualThreshold=0.0,
+                enableConeFriction=0,  # see `Ground`
                 deterministicOverlappingPairs=1,
             )
         yield client

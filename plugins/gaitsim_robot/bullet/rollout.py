@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.body import BulletBody
 from gaitsim_robot.bullet.client import open_client
+from gaitsim_robot.bullet.ground import BASE
 from gaitsim_robot.rollout import Record, delayed_commands, empty_record, record_segment, segments
 from gaitsim_robot.simulation import Simulation
 
@@ -180,41 +181,24 @@ class _Walk:
 
     def _step(self, control: Floats, sensors: Floats) -> None:
         """Simulate one step, and add its share of torques and contacts to the sensors."""
-        body, simulation, client = self.body, self.simulation, self.body.client
+        body, simulation = self.body, self.simulation
         servo, torque = self.drives.torques(control, *body.angles())
-        client.setJointMotorControlArray(
-            body.number, body.moving, client.TORQUE_CONTROL, forces=torque.tolist()
-        )
-        client.stepSimulation()
+        contacts = body.step(torque)
         sensors[simulation.torque[self.known]] += np.abs(servo[self.driven]) / self.substeps
-        strongest: dict[int, Any] = {}
-        for contact in client.getContactPoints(body.number, body.ground):
-            link, push = contact[3], contact[9]
-            if push <= 0 or link not in self.foot_index:
+        for link, foot in self.foot_index.items():
+            if link not in contacts:
                 continue
-            foot = self.foot_index[link]
-            force = push * np.array(contact[7])
-            force += contact[10] * np.array(contact[11]) + contact[12] * np.array(contact[13])
-            sensors[simulation.load[foot]] += force / self.substeps
-            if link not in strongest or push > strongest[link][9]:
-                strongest[link] = contact
-        if not strongest:
-            return
-        found = client.getLinkStates(body.number, list(strongest), computeLinkVelocity=1)
-        for (link, contact), state in zip(strongest.items(), found, strict=True):
-            arm = np.array(contact[5]) - state[0]
-            speed = np.array(state[6]) + np.cross(state[7], arm)
-            slide = simulation.slide[self.foot_index[link]]
-            sensors[slide[1]] += math.hypot(speed[0], speed[1]) / self.substeps
+            contact = contacts[link]
+            sensors[simulation.load[foot]] += np.divide(contact.force, self.substeps)
+            sensors[simulation.slide[foot][1]] += math.hypot(*contact.slip) / self.substeps
 
     def _read_positions(self, sensors: Floats) -> None:
         """Write the positions of the feet and the trunk's contacts to the sensors."""
         import mujoco
 
-        body, simulation, client = self.body, self.simulation, self.body.client
+        body, simulation = self.body, self.simulation
         self.data.qpos[:] = body.state()[0]
         mujoco.mj_kinematics(self.model, self.data)
         for foot, leg in enumerate(simulation.anatomy.legs):
             sensors[simulation.feet[foot]] = self.data.site(f"world: foot {leg.name}").xpos
-        touching = client.getContactPoints(body.number, body.ground, -1, -1)
-        sensors[simulation.belly] = sum(contact[8] <= 0 for contact in touching)
+        sensors[simulation.belly] = body.ground.touches(BASE)
