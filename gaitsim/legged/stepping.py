@@ -352,7 +352,7 @@ class Steps:
 def angles_frequency(joint_angles: NDArray[np.floating[Any]], frame_rate: float) -> Floats:
     """Return the stride frequency of joint angles, (population,) Hz; 0 if they are not periodic.
 
-    It is the frequency at which joints cross the middle of their range, found like that of contacts
+    It is the frequency at which joints cross their median angle, found like that of contacts
     (`estimate_period`). Joints with less than a tenth of the largest range are not counted.
 
     Args:
@@ -361,10 +361,11 @@ def angles_frequency(joint_angles: NDArray[np.floating[Any]], frame_rate: float)
     """
     found = np.zeros(len(joint_angles))
     for index, angles in enumerate(joint_angles):
-        low, high = angles.min(axis=0), angles.max(axis=0)
-        moving = high - low > MIN_MOTION * (high - low).max()
-        beyond = angles[:, moving] > ((low + high) / 2)[moving]
-        found[index] = Steps(beyond[None], frame_rate).frequency[0] if moving.any() else 0.0
+        span = np.ptp(angles, axis=0)
+        moving = angles[:, span > MIN_MOTION * span.max()]
+        if moving.size:
+            beyond = moving > np.median(moving, axis=0)  # a range would depend on the start
+            found[index] = Steps(beyond[None], frame_rate).frequency[0]
     return found
 
 

@@ -176,11 +176,15 @@ def test_the_stance_of_a_stride_is_the_interval_with_the_most_usual_contact():
             assert np.count_nonzero(np.diff(np.pad(chosen, 1))) in (0, 2)
 
 
-def test_the_frequency_of_joint_angles_is_that_of_their_genome():
-    organism = load_experiment("hexapod").organism
-    genomes = organism.genome_space().random(8, np.random.default_rng(0))
+@pytest.mark.parametrize("encoding", ["steps", "sine", "cpg"])
+def test_the_frequency_of_joint_angles_is_that_of_their_genome(encoding):
+    organism = load_experiment("hexapod", {"organism.encoding": encoding}).organism
+    genomes = organism.genome_space().random(40, np.random.default_rng(1))
     angles, frequency = organism._encoding.commands(genomes, 501)
     assert angles_frequency(angles, 50.0) == pytest.approx(frequency, rel=0.01)
+
+
+def test_the_frequency_of_joint_angles_is_that_of_their_waves():
     time = np.arange(300) / 30.0
     two = np.sin(2 * np.pi * 1.37 * time[:, None] + [0, 1]) + 0.6 * np.cos(
         4 * np.pi * 1.37 * time[:, None] + [0.3, 2]
