@@ -15,6 +15,7 @@ from gaitsim_robot import child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.importing.convert import convert
+from gaitsim_robot.importing.meshes import MeshError, decode, hull
 
 FIXTURES = Path(__file__).parents[1] / "fixtures" / "robots"
 DOG = FIXTURES / "dog_description" / "urdf" / "dog.urdf"
@@ -266,6 +267,16 @@ def test_a_massless_link_between_two_joints_becomes_a_universal_joint(tmp_path):
 
 TWO = """<mujoco><worldbody><body><geom size='1' density='9'/>
 <body><joint/><geom size='1'/></body></body></worldbody></mujoco>"""
+BUILTIN = TWO.replace(
+    "<worldbody>",
+    """<asset><mesh name="m" builtin="supersphere"
+params="{}"/></asset><worldbody>""",
+)
+REPLICATED = TWO.replace(
+    "<joint/>",
+    """<joint/><replicate count="{}"><replicate count="{}"><geom
+size="1"/></replicate></replicate>""",
+)
 BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/>'
 
 
@@ -292,7 +303,18 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("<mujoco/>", "no bodies"),
         ("<mujoco><worldbody><body><geom/></body></worldbody></mujoco>", "cannot compile"),
         ("<mujoco><worldbody><body><nonsense/></body></worldbody></mujoco>", "cannot compile"),
-        (TWO.replace("density='9'", "pos='nan 0 0'"), "not finite"),
+        (TWO.replace("density='9'", "pos='nan 0 0'"), "invalid pos of the geom 0"),
+        (TWO.replace("density='9'", "name='g' quat='1e300 0 0 0'"), "invalid quat of the geom 'g'"),
+        (TWO.replace("<body>", "<body name='b' quat='1e300 0 0 0'>", 1), "quat of the body 'b'"),
+        (TWO.replace("<joint/>", "<joint damping='1e9'/>"), "invalid damping of the joint 0"),
+        (BUILTIN.format("100000 1 1"), "invalid params '100000 1 1' of the mesh 'm'"),
+        (BUILTIN.format("9 nan 1"), "invalid params"),
+        (BUILTIN.format("9 1e9 -1"), "invalid params"),
+        (REPLICATED.format(100_000, 1), "300,0.* elements after replication"),
+        (REPLICATED.format(100, 1000), "200,1.* elements after replication"),
+        (REPLICATED.format(80, 80), "12,.* elements after replication"),
+        (REPLICATED.format("1e9", 1), "invalid count of <replicate>: '1e9'"),
+
         ("<mujoco><include file='../secret.xml'/></mujoco>", "outside its folder"),
         ("<mujoco><include file='gone.xml'/></mujoco>", "not found"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included twice"),
@@ -409,6 +431,74 @@ def test_special_and_huge_files_are_refused(tmp_path):
     for path in (huge, pipe, tmp_path, tmp_path / "missing.urdf"):
         with pytest.raises(RobotError, match="cannot be read"):
             read(path)
+
+
+def test_a_model_of_many_bodies_is_refused(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(TWO.replace("<joint/>", "<joint/>" + "<body><geom size='1'/></body>" * 2499))
+    with pytest.raises(RobotError, match="2,502 bodies"):
+        read(path)
+    # Each of 900 bodies would have its own copies of 10 actuators.
+    text = TWO.replace("<body><joint/>", "<replicate count='900'><body><joint name='j'/>")
+    text = text.replace("</body></body></worldbody>", "</body></replicate></body></worldbody>")
+    motors = "<motor joint='j'/>" * 10
+    path.write_text(text.replace("</mujoco>", f"<actuator>{motors}</actuator></mujoco>"))
+    with pytest.raises(RobotError, match=r"12,606 elements after replication"):
+        read(path)
+
+
+def stl(corners):
+    """Return a binary STL file with these triangles, (n, 3, 3)."""
+    kind = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+    triangles = np.zeros(len(corners), kind)
+    triangles["corners"] = corners
+    return bytes(80) + struct.pack("<I", len(corners)) + triangles.tobytes()
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "msh"])
+def test_meshes_with_too_many_vertices_are_refused_before_mujoco_reads_them(tmp_path, suffix):
+    corners = np.random.default_rng(1).normal(size=(100_001, 3, 3)).astype(np.float32)
+    rows = corners.reshape(-1, 3)
+    path = tmp_path / f"shell.{suffix}"
+    if suffix == "stl":
+        path.write_bytes(stl(corners))
+    elif suffix == "obj":
+        path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in rows.tolist()))
+    else:
+        path.write_bytes(struct.pack("<4i", len(rows), 0, 0, 0) + rows.tobytes())
+    robot = tmp_path / "robot.xml"
+    mesh = f"<asset><mesh file='{path.name}'/></asset><worldbody>"
+    robot.write_text(TWO.replace("<worldbody>", mesh))
+    with pytest.raises(RobotError, match="300,003 vertices"):
+        read(robot)
+    if suffix != "msh":
+        text = links(b=4 * MESH.format(path.name))
+        (tmp_path / "robot.urdf").write_text(text)
+        with pytest.raises(RobotError, match="1,200,012 vertices"):
+            read(tmp_path / "robot.urdf")
+
+
+def test_a_hull_of_many_vertices_is_thinned():
+    """A robot may use the mesh of a ball, whose vertices are all vertices of the hull."""
+    ball = np.random.default_rng(2).normal(size=(20_000, 3))
+    ball /= np.linalg.norm(ball, axis=1)[:, None]
+    spike = np.array([[0.0, 0.0, -3.0]])
+    found = hull(np.vstack([ball, spike]), 64)
+    assert len(found) == 64
+    assert found[:, 2].min() == -3
+    thorough = hull(ball[:4000], 64)
+    volume = ConvexHull(hull(ball, 64)).volume
+    assert volume == pytest.approx(ConvexHull(thorough).volume, rel=0.02)
+
+
+def test_nodes_of_a_collada_file_that_refer_to_one_another_are_refused():
+    loop = (
+        '<COLLADA><library_visual_scenes><visual_scene><node><instance_node url="#a"/></node>'
+        '</visual_scene></library_visual_scenes><library_nodes><node id="a"><instance_node '
+        'url="#a"/></node></library_nodes></COLLADA>'
+    )
+    with pytest.raises(MeshError, match="too many nodes"):
+        decode(loop.encode(), ".dae")
 
 
 def test_the_child_process_returns_the_robot_or_its_error(crab, tmp_path):

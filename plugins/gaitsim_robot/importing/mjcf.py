@@ -1,5 +1,6 @@
 """Read an MJCF document into a tree of bodies, with MuJoCo's own parser and compiler."""
 
+import math
 from typing import Any
 from xml.etree.ElementTree import Element, tostring
 
@@ -7,7 +8,7 @@ import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import RobotFiles
-from gaitsim_robot.importing.includes import inline_includes, modernise, resolve_files
+from gaitsim_robot.importing.includes import check_size, inline_includes, modernise, resolve_files
 from gaitsim_robot.importing.tree import (
     Body,
     Closure,
@@ -19,6 +20,7 @@ from gaitsim_robot.importing.tree import (
     TreeJoint,
     format_names,
 )
+from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.shapes import mesh_vertices
 from gaitsim_robot.text import disable_log
 
@@ -26,12 +28,18 @@ _TINY = 1e-9  # kg and kg·m²; lets MuJoCo compile massless bodies, which repai
 _JOINTS = ("free", "ball", "slide", "hinge")  # the order of mjtJoint
 _GEOMS = {2: "sphere", 3: "capsule", 4: "ellipsoid", 5: "cylinder", 6: "box", 7: "mesh"}
 _SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
-_FINITE = (
-    "body_pos", "body_quat", "body_mass", "body_ipos", "body_iquat", "body_inertia", "geom_pos",
-    "geom_quat", "geom_size", "mesh_vert", "jnt_pos", "jnt_axis", "jnt_range", "jnt_stiffness",
-    "dof_damping", "dof_armature", "dof_frictionloss", "qpos0", "qpos_spring", "key_qpos",
-    "site_pos", "site_quat", "eq_data",
-)  # fmt: skip
+_CHECKED = {
+    "geom": ("pos", "quat", "size"),
+    "body": ("pos", "quat", "mass", "ipos", "iquat", "inertia"),
+    "mesh": ("vert",),
+    "jnt": ("pos", "axis", "range", "stiffness"),
+    "dof": ("damping", "armature", "frictionloss"),
+    "qpos": ("0", "_spring"),
+    "key": ("qpos",),
+    "site": ("pos", "quat"),
+    "eq": ("data",),
+}
+_UNBOUNDED = ("jnt_range", "eq_data")  # a huge value means no limit
 _STANDING_NAMES = ("stand", "home")
 
 
@@ -49,14 +57,9 @@ def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) 
     inline_includes(root, files, where)
     modernise(root, where, repairs)
     assets = resolve_files(root, files, where, repairs)
+    check_size(root, assets, where)
     model = _compiled(tostring(root, "unicode"), assets, where, scale)
-    # MuJoCo does not reject NaN and infinity.
-    if not all(np.isfinite(getattr(model, name)).all() for name in _FINITE):
-        raise RobotError(
-            "the model has values that are not finite",
-            where=where,
-            remedy="replace nan and inf in the file with numbers",
-        )
+    _check_values(model, where)
     return _Reader(model, where, repairs).robot()
 
 
@@ -76,13 +79,47 @@ def _compiled(text: str, assets: dict[str, bytes], where: str, scale: float) -> 
                 raise
             spec.compiler.boundmass = spec.compiler.boundinertia = _TINY
             return spec.compile()
-    except ValueError as error:
+    except (ValueError, RuntimeError, mujoco.FatalError) as error:
         raise RobotError(
             f"MuJoCo cannot compile the model: {' '.join(str(error).split())[:300]}",
             where=where,
             remedy="fix the error that MuJoCo reports; the file may need a different version of "
             "MuJoCo",
         ) from None
+
+
+def _check_values(model: Any, where: str) -> None:
+    """Check the numbers of a compiled model; MuJoCo accepts NaN, infinity and huge numbers."""
+    for kind, attributes in _CHECKED.items():
+        for attribute in attributes:
+            array = f"{kind}{attribute}" if kind == "qpos" else f"{kind}_{attribute}"
+            values = getattr(model, array)
+            rows = values.reshape(len(values), math.prod(values.shape[1:]))
+            valid = np.abs(rows) <= (np.inf if array in _UNBOUNDED else LARGEST)
+            if attribute.endswith("quat"):  # MuJoCo turns a huge quaternion into zeros
+                valid &= (np.abs(np.linalg.norm(rows, axis=1) - 1) < 0.01)[:, None]
+            if not valid.all():
+                index = int(np.argmin(valid.all(axis=1)))
+                raise RobotError(
+                    f"invalid {attribute.lstrip('_')} of {_element(model, kind, index)}",
+                    where=where,
+                    allowed=f"finite numbers within ±{LARGEST:,.0f}, and rotations other than 0",
+                    remedy="correct nan, inf, zero and huge numbers of this element in the file",
+                )
+
+
+def _element(model: Any, kind: str, index: int) -> str:
+    """Return the kind and the name of the element to which a row of an array belongs."""
+    if kind == "qpos":
+        return "a joint"
+    if kind == "dof":
+        kind, index = "jnt", int(model.dof_jntid[index])
+    if kind == "mesh":
+        index = int(np.searchsorted(model.mesh_vertadr, index, side="right")) - 1
+    names = {"jnt": "joint", "key": "keyframe", "eq": "equality"}
+    address = int(getattr(model, f"name_{kind}adr")[index])
+    name = bytes(model.names)[address:].split(b"\0", 1)[0].decode(errors="replace")
+    return f"the {names.get(kind, kind)} {name or index!r}"
 
 
 class _Reader:

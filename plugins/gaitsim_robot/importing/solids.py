@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.meshes import VERTICES, box, hull
+from gaitsim_robot.importing.meshes import VERTICES, box, check_vertices, hull
 from gaitsim_robot.importing.tree import Body, Floats, Place, RobotTree, Shape, format_names
 from gaitsim_robot.shapes import CORNERS
 
@@ -15,6 +15,8 @@ NOTHING = 1e-9  # share of the total mass that counts as no mass
 SMALL = 0.05  # smallest size of a body without shapes, as a share of the robot's size
 LONG = 0.15  # length of a capsule at the end of a limb, as a share of the robot's size
 SLIM = 0.1  # radius of a capsule along a link, as a share of its length
+MESHES = 500  # of a robot
+VERTICES_OF_SHAPES = 1_000_000  # of all meshes, each counted as often as it is used
 _BITS = 2**16 - 1  # mask of contact bits
 WIDE, NARROW = 3.0, 0.01  # limits of the radius of gyration, as a share of a body's size
 
@@ -38,6 +40,7 @@ def repair_shapes(robot: RobotTree) -> None:
     capsules: list[str] = []
     flat: list[str] = []
     length = robot_size(robot)
+    _check_meshes(robot)
     meshes = sum(shape.vertices is not None for body in bodies for shape in body.colliding)
     if meshes:
         robot.repairs.append(f"meshes replaced by convex hulls: {meshes}")
@@ -64,6 +67,24 @@ def repair_shapes(robot: RobotTree) -> None:
     ):
         if names:
             robot.repairs.append(f"{what}: {format_names(names)}")
+
+
+def _check_meshes(robot: RobotTree) -> None:
+    """Check that the hulls of all meshes can be computed within seconds."""
+    meshes = [
+        len(shape.vertices)
+        for body in robot.root.walk()
+        for shape in body.colliding or body.shapes
+        if shape.vertices is not None
+    ]
+    check_vertices(sum(meshes), robot.name, VERTICES_OF_SHAPES)
+    if len(meshes) > MESHES:
+        raise RobotError(
+            f"the robot has {len(meshes):,} meshes",
+            where=robot.name,
+            allowed=f"at most {MESHES}",
+            remedy="replace most of them by boxes, cylinders and spheres",
+        )
 
 
 def _reserve_ground(robot: RobotTree) -> None:
