@@ -352,7 +352,7 @@ def _trunk_length(stand: Stand, points: Floats) -> float:
     ends = [points[surface, 0] - balls, points[surface, 0] + balls]
     extent = float(np.ptp(ends)) if len(surface) else 0.0
     hips = float(np.ptp([limb.hip[0] for limb in stand.limbs]))
-    return extent if extent > SHORT * hips else hips
+    return (extent if extent > SHORT * hips else hips) or stand.reach
 
 
 def _with_counterparts(legs: list[Limb]) -> list[Limb]:

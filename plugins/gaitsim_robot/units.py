@@ -7,10 +7,12 @@ LENGTHS = 0.01, 2.5  # m
 MASSES = 0.002, 500.0  # kg
 DENSITIES = 0.3, 2e4  # kg/m³; osmium has 22,590 kg/m³
 
-# Those of most robots.
+# Those of most robots. 53 models in benchmarks/public_robots.py, without those of flies, are 0.1 to
+# 1.9 m long and have 0.3 to 127 kg; their density has a median of 107 kg/m³, and is between 26 and
+# 450 kg/m³ for 80 % of them.
 USUAL_LENGTHS = 0.1, 1.0  # m
 USUAL_MASSES = 0.3, 60.0  # kg
-USUAL_DENSITY = 130.0  # kg/m³
+USUAL_DENSITY = 107.0  # kg/m³
 
 LENGTH_UNITS = {1.0: "metres", 0.001: "millimetres", 0.01: "centimetres", 0.0254: "inches"}
 MASS_UNITS = {1.0: "kilograms", 0.001: "grams"}

@@ -11,6 +11,7 @@ from gaitsim_robot.text import BODIES
 
 ASSUMED = math.pi / 2  # rad, limit assumed for a joint without limits
 TURN = 2 * math.pi  # rad; a joint with a larger limit turns freely
+DEGREES = 25.0  # rad; larger limits look like degrees, as files without limits state ±10 or ±3π
 
 
 def repair_joints(robot: RobotTree) -> None:
@@ -126,13 +127,15 @@ def _merge_massless(robot: RobotTree) -> None:
 
 
 def _warn_of_degrees(robot: RobotTree) -> None:
-    """Warn if most limits look like degrees: beyond one turn if read as radians, but not 360°."""
+    """Warn if most limits look like degrees: several turns if read as radians, but at most 360°."""
     ranges = {
         joint.name: joint.range
         for joint in robot.joints
         if joint.range is not None and np.isfinite(joint.range).all()
     }
-    suspicious = {name: ends for name, ends in ranges.items() if TURN < max(map(abs, ends)) <= 360}
+    suspicious = {
+        name: ends for name, ends in ranges.items() if DEGREES <= max(map(abs, ends)) <= 360
+    }
     if suspicious and 2 * len(suspicious) >= len(ranges):
         name, (low, high) = next(iter(suspicious.items()))
         robot.warnings.append(
