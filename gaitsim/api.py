@@ -130,6 +130,8 @@ def evolve(
     experiment = python_experiment(
         experiment, given, ARGUMENTS, fitness=fitness, body=body, space=space
     )
+    for warning in experiment.warnings():
+        warn(warning)
     found = start_of(experiment, start)
     if out is None:
         return RunningSearch(experiment, None, _unrecorded(experiment, found, workers, dask))

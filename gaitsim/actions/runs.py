@@ -157,6 +157,8 @@ class ShowRun(OneRun):
         if run.warning:
             notice(f"Warning: {run.warning}")
         if not self.fingerprint:
+            for warning in run.experiment.warnings():
+                notice(f"Warning: {warning}")
             (print_run_as_json if self.json_lines else print_run)(run)
         elif self.json_lines:
             print_json({"run": str(run.path), "fingerprint": run.fingerprint()})

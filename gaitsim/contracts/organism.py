@@ -148,7 +148,8 @@ class Organism(Plugin):
     def warnings(self) -> tuple[str, ...]:
         """Return likely mistakes in the options of this body, each with a remedy; () by default.
 
-        `gaitsim robots check` and the start of a new run print them.
+        `gaitsim robots check`, the start of a new run, `gaitsim show` and the terminal UI show
+        them; `gs.evolve` issues them as Python warnings.
         """
         return ()
 

@@ -66,6 +66,7 @@ def test_invalid_settings_are_reported_as_by_run(shaped, gaitsim, file, pair, sa
 def test_a_run_prints_the_warnings_of_its_body(shaped, gaitsim, file):
     brief = "run", "a.shape", "--generations", 1
     assert "Warning: it is heavy" in gaitsim(*brief, "--set", "organism.size=100").stderr
+    assert "Warning: it is heavy" in gaitsim("show", "a").stderr
     assert "Warning" not in gaitsim(*brief).stderr
 
 

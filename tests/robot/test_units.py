@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from small_robots import CORNERS, QUADRUPED, dog_urdf
 
+import gaitsim as gs
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import load_experiment, parse_experiment
 from gaitsim_robot.importing.convert import convert
@@ -186,6 +187,12 @@ def test_options_can_be_tried_in_a_check(gaitsim, write, tmp_path):
     assert "ideal: " in done.stdout
     assert done.stdout.endswith("gaitsim run whole.urdf --set organism.servo=ideal\n")
     assert load_experiment(str(tmp_path / "whole.urdf")).organism.warnings() == ()
+
+
+def test_python_warns_of_a_robot_before_it_evolves(write):
+    path = str(write(length=1e3))
+    with pytest.warns(UserWarning, match="probably in millimetres"):
+        gs.evolve(path, set={"organism.duration": 0.5})
 
 
 def test_a_run_warns_of_its_robot_at_the_start(gaitsim, write):
