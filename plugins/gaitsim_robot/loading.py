@@ -25,6 +25,7 @@ from gaitsim_robot.simulation import Simulation, build, corners_for
 from gaitsim_robot.text import compile_model, disable_log, trust
 
 SPEED_SHARE = 0.8  # speed limit of commands as a share of a servo's no-load speed
+REMEMBERED = 16  # imported files
 BUNDLED = ("quadruped", "hexapod", "spider-physics")
 
 ServoOptions = tuple[ServoName, float | None, float | None, float | None, float | None]
@@ -77,6 +78,8 @@ def robot_text(
     status = path.stat()
     found = _import(path.absolute(), status.st_mtime_ns, status.st_size, roots, scale, mass_scale)
     _imported[found.text] = found
+    if len(_imported) > REMEMBERED:
+        _imported.pop(next(iter(_imported)), None)
     return found.text
 
 
@@ -93,11 +96,11 @@ def _import(
     return import_robot(path, roots, scale=scale, mass_scale=mass_scale)
 
 
-_imported: dict[str, BodyFile] = {}
+_imported: dict[str, BodyFile] = {}  # the last files, by text
 
 
 def imported_file(text: str) -> BodyFile | None:
-    """Return the file from which this process imported a robot's text, or None."""
+    """Return the file from which this process recently imported a robot's text, or None."""
     return _imported.get(text)
 
 

@@ -152,10 +152,10 @@ def _servo_from_text(
     speed = float(model.jnt_user[index, 0]) if model.nuser_jnt else 0.0
     notes = []
     if torque_limit is None:
-        assumed = f"{SHARE:g} × the robot's weight × the reach of its longest leg"
+        assumed = f": {SHARE:g} × weight × reach of the longest leg"
         notes.append(_assumption("torque", "N m", torque, LIFT * weight, assumed))
     if speed_limit is None:
-        notes.append(_assumption("speed", "rad/s", speed, FASTEST, f"{SPEED:g} rad/s"))
+        notes.append(_assumption("speed", "rad/s", speed, FASTEST))
     return _assumed_servo(
         "model",
         min(torque_limit or torque or SHARE * weight, LIFT * weight),
@@ -165,10 +165,10 @@ def _servo_from_text(
     )
 
 
-def _assumption(quantity: str, unit: str, given: float, most: float, assumed: str) -> str:
+def _assumption(quantity: str, unit: str, given: float, most: float, how: str = "") -> str:
     """Return why a limit differs from the one in the robot's file, or ''."""
     if not given:
-        return f"{quantity} assumed, as the file states none or 0: {assumed}"
+        return f"{quantity} assumed{how}"
     if given > most:
         return f"{quantity} reduced: the file's {given:.3g} {unit} is a placeholder"
     return ""
