@@ -56,7 +56,7 @@ def load_experiment(
         GaitsimError: the preset or file does not exist or cannot be read.
     """
     path = Path(reference)
-    if is_body_file(reference):
+    if is_body_file(reference) or _conversion(path):
         body, option = reader_of(path)
         given = {
             "name": experiment_name(path),
@@ -154,6 +154,7 @@ def reader_of(path: Path) -> tuple[str, str]:
         raise GaitsimError(
             f"{path} is not a file that describes a body",
             allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
+            remedy=_conversion(path),
         )
     entry = find(FILES, path.suffix[1:].lower())
     # Unlike pathlib, os.path does not raise an error for an invalid file name.
@@ -168,6 +169,19 @@ def reader_of(path: Path) -> tuple[str, str]:
         "does not refer to a body of this package",
         "the class and the option of an organism, such as package.module:Robot.model",
     )
+
+
+def _conversion(path: Path) -> str:
+    """Return how to convert a file of a common format of robots that no body reads, or ''."""
+    if not os.path.isfile(path):  # noqa: PTH113 (unlike pathlib, it accepts invalid names)
+        return ""
+    return {
+        ".sdf": "use the URDF from which the SDF file was made, or convert it: "
+        f"pip install sdformat-mjcf, then sdf2mjcf {path} robot.xml",
+        ".xacro": f"expand the macros: xacro {path} > robot.urdf",
+        ".usd": "convert the USD file to URDF or MJCF",
+        ".usda": "convert the USD file to URDF or MJCF",
+    }.get(path.suffix.lower(), "")
 
 
 def _body_of(entry: Entry) -> str:

@@ -1,5 +1,6 @@
 """Parse untrusted XML without entities, with limits on depth and number of elements."""
 
+import re
 from typing import Any
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
@@ -14,10 +15,40 @@ Floats = NDArray[np.float64]
 DEPTH = 256  # nested elements
 ELEMENTS = 300_000
 LARGEST = 1e6  # absolute value of a number
+LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² instead of kg·m²
+
+# Files that people mistake for a robot or a mesh: pattern of the beginning, name, remedy.
+_OTHERS = (
+    (
+        rb"<!doctype\s+html|<html[\s>]",
+        "a web page",
+        "download the file itself: on GitHub, open it and press 'Raw'",
+    ),
+    (rb"\Aversion https://git-lfs", "a Git LFS pointer", "fetch the file itself: git lfs pull"),
+    (rb"\A404: ", "the text of a failed download", "check the address of the file"),
+    (rb"\A(#usda|PXR-USDC)", "a USD file", "convert it to URDF or MJCF"),
+    (rb"\APK\x03\x04", "a ZIP archive", "unpack it"),
+)
+
+
+def mistaken_file(data: bytes) -> tuple[str, str] | None:
+    """Return the kind of a file that is often mistaken for a robot or a mesh, and a remedy."""
+    head = data[:1000].removeprefix(b"\xef\xbb\xbf").lstrip()
+    for pattern, kind, remedy in _OTHERS:
+        if re.search(pattern, head, re.IGNORECASE):
+            return kind, remedy
+    return None
 
 
 def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
-    """Return the root element of an XML document."""
+    """Return the root element of an XML document.
+
+    Args:
+        data: the document. Its encoding is UTF-16 if it begins in that way, even if it declares a
+            different one, as files that Windows PowerShell wrote do.
+        where: the file, for messages.
+        encoding: encoding instead of the document's own.
+    """
     builder = TreeBuilder()
     depth = count = 0
 
@@ -39,31 +70,52 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
         builder.end(tag)
 
     def doctype(*_: Any) -> None:
+        if mistaken_file(data):
+            raise ValueError
         raise RobotError(
             "the XML declares a document type or entities, which gaitsim does not read",
             where=where,
             remedy="remove the <!DOCTYPE …> declaration",
         )
 
-    parser = expat.ParserCreate(encoding)
-    parser.buffer_text = True
-    parser.StartElementHandler = start
-    parser.EndElementHandler = end
-    parser.CharacterDataHandler = builder.data
-    parser.StartDoctypeDeclHandler = doctype
-    parser.EntityDeclHandler = doctype
     try:
+        if encoding is None and (found := _encoding(data)):
+            data, encoding = data.decode(found).encode(), "utf-8"
+        parser = expat.ParserCreate(encoding)
+        parser.buffer_text = True
+        parser.StartElementHandler = start
+        parser.EndElementHandler = end
+        parser.CharacterDataHandler = builder.data
+        parser.StartDoctypeDeclHandler = doctype
+        parser.EntityDeclHandler = doctype
         parser.Parse(_trimmed(data), True)
         return builder.close()
     except (expat.ExpatError, LookupError, ValueError) as error:
+        kind, remedy = mistaken_file(data) or ("", "")
+        if b"xacro" in data[:2000]:
+            remedy = EXPAND
         raise RobotError(
-            f"not XML: {error}",
+            f"this is {kind}, not a robot" if kind else f"not XML: {error}",
             where=where,
             allowed="a robot as URDF (<robot>) or MJCF (<mujoco>)",
-            remedy="convert a xacro file with `xacro robot.xacro > robot.urdf`"
-            if b"xacro" in data[:2000]
-            else "",
+            remedy=remedy,
         ) from None
+
+
+EXPAND = "expand a xacro file first: xacro robot.xacro > robot.urdf"
+_BEGINNINGS = {
+    b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"<\0": "utf-16-le", b"\0<": "utf-16-be",
+}  # fmt: skip
+_DECLARED = re.compile(
+    rb"<\?xml[^>]{,99}encoding=[\"'](gb2312|gbk|gb18030|big5|shift_jis|euc-jp|euc-kr)[\"']", re.I
+)
+
+
+def _encoding(data: bytes) -> str:
+    """Return the encoding of a document if expat cannot read it: UTF-16 or a declared one."""
+    if declared := _DECLARED.match(data):
+        return declared[1].decode()
+    return _BEGINNINGS.get(data[:2], "")
 
 
 def _trimmed(data: bytes) -> bytes:

@@ -1,6 +1,7 @@
 """`gaitsim robots`."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -73,7 +74,11 @@ def test_a_run_prints_the_warnings_of_its_body(shaped, gaitsim, file):
 def test_invalid_options_exit_with_2(shaped, gaitsim, file):
     assert "file not found" in gaitsim("robots", "check", "none.shape", code=2).stderr
     assert ".png" in gaitsim("robots", "check", "a.shape", "--picture", "a.gif", code=2).stderr
-    assert "shape" in gaitsim("robots", "check", "a.sdf", code=2).stderr
+    Path("a.sdf").write_text("<sdf/>")
+    for command in (("robots", "check"), ("run",)):
+        said = gaitsim(*command, "a.sdf", code=2).stderr
+        assert "shape" in said
+        assert "sdf2mjcf" in said
     done = gaitsim("robots", "check", "a.shape", "--root", "nowhere", code=2)
     assert "folder not found: nowhere" in done.stderr
 

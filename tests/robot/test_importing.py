@@ -286,10 +286,19 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("", "not XML"),
         ("\x7fELF\0\0", "not XML"),
         ("<robot><link name='a'>", "not XML"),
-        ("<robot xmlns:xacro='x'><xacro:leg/></robot>", "no links"),
+        ("<robot xmlns:xacro='x'><xacro:leg/></robot>", "xacro file, not URDF.*<xacro:leg>"),
+        (links().replace("0 1 0", "${axis}"), "xacro file, not URDF.*formula"),
+        ("<!DOCTYPE html>\n<html><head><meta></head></html>", "this is a web page"),
+        ("<!-- saved -->\n<html><p></html>", "this is a web page"),
+        ("<html/>", "the document is a web page"),
+        ("version https://git-lfs.github.com/spec/v1\noid sha256:0", "a Git LFS pointer"),
+        ("404: Not Found", "a failed download"),
+        ("PK\x03\x04", "a ZIP archive"),
         (BILLION, "document type"),
         ("<a>" * 400 + "</a>" * 400, "too many elements"),
-        ("<sdf version='1.6'/>", "not a robot"),
+        ("<sdf version='1.6'/>", "an SDF file of Gazebo"),
+        ("<package><name>dog</name></package>", "the package.xml of a ROS package"),
+        ("<svg/>", "the document is a <svg>"),
         ("<robot/>", "no links"),
         (links(kind="fixed"), "no joint"),
         (links("", ""), "no mass"),
@@ -431,6 +440,76 @@ def test_special_and_huge_files_are_refused(tmp_path):
     for path in (huge, pipe, tmp_path, tmp_path / "missing.urdf"):
         with pytest.raises(RobotError, match="cannot be read"):
             read(path)
+
+
+@pytest.mark.parametrize(
+    ("declared", "encoding"),
+    [
+        ("utf-8", "utf-16"),  # as written by PowerShell
+        ("utf-16", "utf-16"),
+        ("utf-16", "utf-16-le"),
+        ("utf-16", "utf-16-be"),
+        ("utf-8", "utf-8-sig"),
+        ("windows-1252", "cp1252"),
+        ("GB2312", "gb2312"),
+    ],
+)
+def test_files_may_have_any_common_encoding(tmp_path, declared, encoding):
+    name = "躯干" if declared == "GB2312" else "Körper" if "1252" in declared else "тело"
+    robot = TWO.replace("<joint", f"<joint name={name!r}")
+    text = f'<?xml version="1.0" encoding="{declared}"?>\n{robot}'
+    path = tmp_path / "robot.xml"
+    path.write_bytes(text.encode(encoding))
+    model, _, _ = read(path)
+    assert model.joint(1).name == name
+
+
+def test_swapped_limits_are_exchanged_and_named(tmp_path):
+    path = arm(tmp_path, kind="revolute")
+    limits = '<axis xyz="0 1 0"/><limit lower="1" upper="-0.5"/>'
+    path.write_text(path.read_text().replace('<axis xyz="0 1 0"/>', limits))
+    model, repairs, _ = read(path)
+    assert model.joint("j").range == pytest.approx([-0.5, 1])
+    assert "swapped limits of joints exchanged: 'j' (1 to -0.5)" in repairs
+    assert "without limits" not in repairs
+    path = tmp_path / "robot.xml"
+    path.write_text(TWO.replace("<joint/>", "<joint name='k' range='60 -30'/>"))
+    model, repairs, _ = read(path)
+    assert model.joint("k").range == pytest.approx(np.radians([-30, 60]), rel=1e-5)
+    assert "swapped limits of joints exchanged: 'k' (60 to -30)" in repairs
+
+
+LIDAR = """<link name="lidar"><inertial><mass value="0.2"/></inertial><collision><geometry><cylinder
+radius="0.04" length="0.03"/></geometry></collision></link><joint name="mount" type="fixed"><parent
+link="a"/><child link="lidar"/></joint>"""
+
+
+def test_a_missing_mesh_of_the_trunk_is_a_warning(tmp_path):
+    """The trunk does not get the name of the sensor on it, either."""
+    path = arm(tmp_path, a=MESH.format("trunk.stl"), extra=LIDAR)
+    result = convert(str(path), [])
+    assert "meshes of the trunk 'a' are missing" in " ".join(result["warnings"])
+    path.write_text(links(extra=LIDAR))
+    assert not convert(str(path), [])["warnings"]
+    path = tmp_path / "robot.xml"
+    text = TWO.replace("<worldbody>", "<asset><mesh file='trunk.stl'/></asset><worldbody>")
+    text = text.replace("<body>", "<body name='a'>", 1)
+    path.write_text(text.replace("<geom", "<geom type='mesh' mesh='trunk'/><geom", 1))
+    assert "meshes of the trunk 'a' are missing" in " ".join(convert(str(path), [])["warnings"])
+
+
+@pytest.mark.parametrize("suffix", ["stl", "obj", "dae"])
+def test_a_mesh_that_is_a_pointer_or_a_web_page_is_named(tmp_path, suffix):
+    mesh = tmp_path / f"foot.{suffix}"
+    path = arm(tmp_path, b=MESH.format(mesh.name))
+    for content, kind in (("version https://git-lfs", "Git LFS"), ("<!DOCTYPE HTML>", "web page")):
+        mesh.write_text(content)
+        assert f"foot.{suffix} (it is a {kind}" in read(path)[1]
+    robot = tmp_path / "robot.xml"
+    robot.write_text(
+        TWO.replace("<worldbody>", f"<asset><mesh file='{mesh.name}'/></asset><worldbody>")
+    )
+    assert f"foot.{suffix} (a web page" in read(robot)[1]
 
 
 def test_a_model_of_many_bodies_is_refused(tmp_path):

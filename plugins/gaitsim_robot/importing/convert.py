@@ -10,10 +10,23 @@ from gaitsim_robot.importing.joints import repair_joints
 from gaitsim_robot.importing.mjcf import read_mjcf
 from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes, robot_size
 from gaitsim_robot.importing.tree import write
-from gaitsim_robot.importing.urdf import read_urdf
+from gaitsim_robot.importing.urdf import check_expanded, read_urdf
 from gaitsim_robot.markup import parse
 from gaitsim_robot.text import check_text, compile_text
 from gaitsim_robot.units import unit_warning
+
+# Other documents by their root elements: description and remedy.
+_OTHERS = {
+    "sdf": (
+        "an SDF file of Gazebo",
+        "use the URDF from which it was made, or convert it: pip install sdformat-mjcf, then "
+        "sdf2mjcf robot.sdf robot.xml",
+    ),
+    "html": ("a web page", "download the file itself: on GitHub, open it and press 'Raw'"),
+    "package": ("the package.xml of a ROS package", "use the .urdf file of the package"),
+    "launch": ("a ROS launch file", "use the .urdf file that it loads"),
+    "collada": ("a mesh", "use the .urdf file that refers to it"),
+}
 
 
 def convert(
@@ -24,15 +37,18 @@ def convert(
     document = parse(read(file), path)
     files = RobotFiles(file.resolve(), [Path(root) for root in roots])
     if document.tag == "robot":
+        check_expanded(document, path)
         robot = read_urdf(document, files, path)
     elif document.tag == "mujoco":
         robot = read_mjcf(document, files, path, scale)
     else:
+        tag = document.tag.rpartition("}")[2].rpartition(":")[2][:40]
+        kind, remedy = _OTHERS.get(tag.lower(), ("", "convert the file to one of these formats"))
         raise RobotError(
-            f"not a robot: the document is a <{document.tag[:40]}>",
+            f"not a robot: the document is {kind or f'a <{tag}>'}",
             where=path,
             allowed="URDF (<robot>) or MJCF (<mujoco>)",
-            remedy="convert SDF or USD files to one of these formats",
+            remedy=remedy,
         )
     robot.name = robot.name or file.stem
     robot.rescale(scale, mass_scale)

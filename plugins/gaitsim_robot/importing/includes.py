@@ -9,8 +9,8 @@ import numpy as np
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import MODEL_BYTES, RobotFiles
 from gaitsim_robot.importing.meshes import check_vertices, count_vertices
-from gaitsim_robot.importing.tree import Floats, format_names
-from gaitsim_robot.markup import ELEMENTS, numbers, parse
+from gaitsim_robot.importing.tree import Floats, format_names, swapped_limits
+from gaitsim_robot.markup import ELEMENTS, mistaken_file, numbers, parse
 
 _TURNED = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
 
@@ -28,6 +28,7 @@ def modernise(root: Element, where: str, repairs: list[str]) -> None:
         inertial.set("pos", inertial.get("pos", "0 0 0"))
     for body in root.iter("body"):
         body[:] = [one for one in body if one.tag != "joint" or one.get("type") != "fixed"]
+    _exchange_swapped_limits(root, repairs)
     compilers = [one for one in root.iter("compiler") if one.get("coordinate") == "global"]
     bodies = list(root.iter("body"))
     if compilers and not any(_TURNED & set(body.attrib) for body in bodies):
@@ -37,6 +38,21 @@ def modernise(root: Element, where: str, repairs: list[str]) -> None:
             for body in world.iterfind("body"):
                 _localise(body, np.zeros(3), where)
         repairs.append("converted global coordinates")
+
+
+def _exchange_swapped_limits(root: Element, repairs: list[str]) -> None:
+    """Put limits of joints in ascending order; MuJoCo takes swapped limits for none."""
+    swapped: dict[str, tuple[float, float]] = {}
+    for joint in root.iter("joint"):
+        try:
+            low, high = map(float, joint.get("range", "").split())
+        except ValueError:  # no limits, or an error that MuJoCo reports
+            continue
+        if low > high:
+            name = joint.get("name") or joint.get("class") or "without a name"
+            swapped[name] = low, high
+            joint.set("range", f"{high} {low}")
+    repairs += swapped_limits(swapped)
 
 
 def _localise(body: Element, outer: Floats, where: str) -> None:
@@ -111,15 +127,18 @@ def inline_includes(root: Element, files: RobotFiles, where: str) -> None:
 
 def resolve_files(
     root: Element, files: RobotFiles, where: str, repairs: list[str]
-) -> dict[str, bytes]:
-    """Load the meshes, drop elements that need other files, and return the meshes by new names.
+) -> tuple[dict[str, bytes], set[str]]:
+    """Load the meshes, and drop elements that need other files.
 
-    Afterwards, the document refers only to the returned files.
+    Returns:
+        The meshes by new names, the only files to which the document then refers; and the names of
+        the bodies with missing meshes.
     """
     _drop_unsupported(root, where, repairs)
     strip, folder = _compiler(root)
     loaded: dict[str, bytes] = {}
     missing: dict[str, str] = {}
+    incomplete: set[str] = set()
     for mesh in root.iter("mesh"):
         name = mesh.get("file")
         if name is None:
@@ -130,13 +149,22 @@ def resolve_files(
         if path is None:
             missing[mesh.get("name", "")] = short
             continue
+        data = files.read(path)
+        if other := mistaken_file(data):
+            missing[mesh.get("name", "")] = f"{short} ({other[0]}: {other[1]})"
+            continue
         key = f"{len(loaded)}{path.suffix.lower()}"
-        loaded[key] = files.read(path)
+        loaded[key] = data
         mesh.set("file", key)
         mesh.attrib.pop("content_type", None)
     if missing:
         repairs.append(f"meshes not found: {format_names(list(missing.values()))}")
         repairs += files.explain_missing()
+        incomplete = {
+            body.get("name", "")
+            for body in root.iter("body")
+            if any(geom.get("mesh") in missing for geom in body.iterfind("geom"))
+        }
         _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
         _remove(root, lambda element: element.get("mesh") in missing)
     for element in root.iter():
@@ -147,7 +175,7 @@ def resolve_files(
                 allowed="references to mesh files only",
                 remedy=f"remove <{element.tag}>",
             )
-    return loaded
+    return loaded, incomplete
 
 
 def _compiler(root: Element) -> tuple[bool, str]:

@@ -60,9 +60,10 @@ def _fuse(robot: RobotTree) -> None:
             for grandchild in child.children:
                 grandchild.place = child.place @ grandchild.place
             kept += child.children
-            if not (body.mass or body.shapes) and child.mass:  # `world` or `base_footprint`
+            nothing = not (body.mass or body.shapes or body.incomplete)
+            if nothing and (child.mass or child.incomplete):  # `world` or `base_footprint`
                 _rename(robot, body.name, child.name)
-                body.name = child.name
+                body.name, body.incomplete = child.name, child.incomplete
             else:
                 _rename(robot, child.name, body.name)
             _merge(body, child)

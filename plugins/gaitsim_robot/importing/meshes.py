@@ -10,7 +10,7 @@ import numpy as np
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.tree import Body, Floats, Place, Shape
-from gaitsim_robot.markup import LARGEST as FARTHEST, parse
+from gaitsim_robot.markup import LARGEST as FARTHEST, mistaken_file, parse
 
 VERTICES = 32  # per hull; the median of 171 meshes keeps 95 % of its volume
 FLAT = 0.02  # share of the length; a thinner mesh becomes a box
@@ -33,6 +33,8 @@ def decode(data: bytes, suffix: str) -> Floats:
         raise MeshError(
             f"{suffix or 'a file without extension'} is not one of {', '.join(_READERS)}"
         )
+    if other := mistaken_file(data):
+        raise MeshError(f"it is {other[0]}: {other[1]}")
     try:
         vertices = reader(data)
     except (ValueError, KeyError, IndexError, RobotError) as error:

@@ -20,7 +20,7 @@ from gaitsim_robot.importing.tree import (
     TreeJoint,
     format_names,
 )
-from gaitsim_robot.markup import LARGEST
+from gaitsim_robot.markup import LARGEST, LARGEST_INERTIA
 from gaitsim_robot.shapes import mesh_vertices
 from gaitsim_robot.text import disable_log
 
@@ -39,7 +39,8 @@ _CHECKED = {
     "site": ("pos", "quat"),
     "eq": ("data",),
 }
-_UNBOUNDED = ("jnt_range", "eq_data")  # a huge value means no limit
+# A huge range means no limit.
+_LARGEST = {"jnt_range": np.inf, "eq_data": np.inf, "body_inertia": LARGEST_INERTIA}
 _STANDING_NAMES = ("stand", "home")
 
 
@@ -56,11 +57,14 @@ def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) 
     repairs: list[str] = []
     inline_includes(root, files, where)
     modernise(root, where, repairs)
-    assets = resolve_files(root, files, where, repairs)
+    assets, incomplete = resolve_files(root, files, where, repairs)
     check_size(root, assets, where)
     model = _compiled(tostring(root, "unicode"), assets, where, scale)
     _check_values(model, where)
-    return _Reader(model, where, repairs).robot()
+    robot = _Reader(model, where, repairs).robot()
+    for body in robot.root.walk():
+        body.incomplete = body.name in incomplete
+    return robot
 
 
 def _compiled(text: str, assets: dict[str, bytes], where: str, scale: float) -> Any:
@@ -95,7 +99,8 @@ def _check_values(model: Any, where: str) -> None:
             array = f"{kind}{attribute}" if kind == "qpos" else f"{kind}_{attribute}"
             values = getattr(model, array)
             rows = values.reshape(len(values), math.prod(values.shape[1:]))
-            valid = np.abs(rows) <= (np.inf if array in _UNBOUNDED else LARGEST)
+            most = _LARGEST.get(array, LARGEST)
+            valid = np.isfinite(rows) & (np.abs(rows) <= most)
             if attribute.endswith("quat"):  # MuJoCo turns a huge quaternion into zeros
                 valid &= (np.abs(np.linalg.norm(rows, axis=1) - 1) < 0.01)[:, None]
             if not valid.all():
@@ -103,7 +108,7 @@ def _check_values(model: Any, where: str) -> None:
                 raise RobotError(
                     f"invalid {attribute.lstrip('_')} of {_element(model, kind, index)}",
                     where=where,
-                    allowed=f"finite numbers within ±{LARGEST:,.0f}, and rotations other than 0",
+                    allowed=f"finite numbers within ±{most:,.0f}, and rotations other than 0",
                     remedy="correct nan, inf, zero and huge numbers of this element in the file",
                 )
 

@@ -60,6 +60,11 @@ def repair_shapes(robot: RobotTree) -> None:
         vertices = VERTICES if body.children else 2 * VERTICES  # more for feet
         body.shapes = [_simple(shape, vertices, body.name, flat) for shape in body.shapes]
     _reserve_ground(robot)
+    if robot.root.incomplete:
+        robot.warnings.append(
+            f"meshes of the trunk {robot.root.name!r} are missing, so its shape is incomplete; "
+            "copy them next to the file, or name their folder with --root"
+        )
     for names, what in (
         (visible, "visible geometry used for collisions, as there is no other"),
         (capsules, "without geometry, a capsule assumed"),

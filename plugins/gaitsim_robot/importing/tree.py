@@ -102,6 +102,7 @@ class Body:
         sites: frames used by equality constraints, by name.
         children: bodies that this body carries.
         lost: whether colliding geometry is missing, because its mesh cannot be read.
+        incomplete: whether any geometry is missing for that reason.
     """
 
     name: str
@@ -114,6 +115,7 @@ class Body:
     sites: dict[str, Place] = field(default_factory=dict)
     children: list["Body"] = field(default_factory=list)
     lost: bool = False
+    incomplete: bool = False
 
     def walk(self) -> Iterator["Body"]:
         """Yield this body and all below it, parents first."""
@@ -206,6 +208,15 @@ class RobotTree:
     def joints(self) -> list[TreeJoint]:
         """All joints, parents first."""
         return [joint for body in self.root.walk() for joint in body.joints]
+
+
+def swapped_limits(swapped: dict[str, tuple[float, float]]) -> list[str]:
+    """Return the repair of limits that were exchanged, given those in the file by joint."""
+    if not swapped:
+        return []
+    shown = [f"{name!r} ({low:.4g} to {high:.4g})" for name, (low, high) in swapped.items()]
+    more = f" and {len(shown) - 4} more" if len(shown) > 4 else ""
+    return [f"swapped limits of joints exchanged: {', '.join(shown[:4])}{more}"]
 
 
 def format_names(names: Sequence[str], limit: int = 4) -> str:

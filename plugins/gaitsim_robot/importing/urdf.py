@@ -16,12 +16,9 @@ from gaitsim_robot.importing.tree import (
     Shape,
     TreeJoint,
     format_names,
+    swapped_limits,
 )
-from gaitsim_robot.markup import number, numbers
-
-LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² instead of kg·m²
-
-LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² instead of kg·m²
+from gaitsim_robot.markup import EXPAND, LARGEST_INERTIA, number, numbers
 
 # MuJoCo's kind for each movable kind of joint in URDF. Repairs fix balls, hence also planar joints.
 _KINDS = {
@@ -36,12 +33,27 @@ def read_urdf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     return reader.robot()
 
 
+def check_expanded(root: Element, where: str) -> None:
+    """Check that a document is URDF rather than a xacro file, which contains macros."""
+    for element in root.iter():
+        macro = element.tag.startswith("xacro:")
+        formula = next((value for value in element.attrib.values() if "${" in value), "")
+        if macro or formula:
+            found = f"a formula {formula[:60]!r}" if formula else f"<{element.tag[:60]}>"
+            raise RobotError(
+                f"the file is a xacro file, not URDF: it contains {found}",
+                where=where,
+                remedy=EXPAND,
+            )
+
+
 class _Reader:
     def __init__(self, root: Element, files: RobotFiles, where: str) -> None:
         self._root = root
         self._files = files
         self._where = where
         self._repairs: list[str] = []
+        self._swapped: dict[str, tuple[float, float]] = {}
         self._y_up: list[tuple[Body, Shape]] = []
         compiler = root.find("mujoco/compiler")
         meshes = "" if compiler is None else compiler.get("meshdir", "")
@@ -54,7 +66,7 @@ class _Reader:
                 "the URDF has no links",
                 where=self._where,
                 allowed="at least two <link>",
-                remedy="expand a xacro file first: xacro robot.xacro > robot.urdf",
+                remedy=EXPAND,
             )
         bodies = {name: self._body(name, link) for name, link in links.items()}
         if turn_up(self._y_up):
@@ -63,6 +75,7 @@ class _Reader:
         couplings: list[Coupling] = []
         for element in self._root.iterfind("joint"):
             self._attach(element, bodies, parents, couplings)
+        self._repairs += swapped_limits(self._swapped)
         root = self._topmost(bodies, parents)
         robot = RobotTree(self._root.get("name", ""), root, couplings, repairs=self._repairs)
         if self._meshes.missing:
@@ -159,8 +172,9 @@ class _Reader:
                     self._y_up.append((body, shape))
                 shape.collides = tag == "collision"
                 body.shapes.append(shape)
-            elif tag == "collision":
-                body.lost = True
+            else:
+                body.lost |= tag == "collision"
+                body.incomplete = True
 
     def _shape(self, solid: Element, place: Place, where: str) -> Shape | None:
         def length(key: str) -> float:
@@ -263,7 +277,9 @@ class _Reader:
                 if low == high:
                     self._repairs.append(f"joint {name!r} fixed, because its range is empty")
                     return None
-                joint.range = (low, high) if low < high else None
+                if low > high:
+                    self._swapped[name] = low, high
+                joint.range = (min(low, high), max(low, high))
         if kind == "continuous":
             joint.range = (-np.inf, np.inf)
         dynamics = element.find("dynamics")
