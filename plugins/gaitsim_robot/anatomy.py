@@ -1,7 +1,6 @@
 """Legs, feet, sides and the standing pose of a robot."""
 
-import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -78,39 +77,3 @@ def name_legs(sides: Sequence[Side]) -> list[str]:
         number = 1 + sum(other == side for other in sides[:index])
         names.append(f"{letters[side]}{number}")
     return names
-
-
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
-_FRONT = {"front": 1, "fore": 1, "rear": -1, "hind": -1, "back": -1}
-_LEFT = {"left": 1, "right": -1}
-_PAIRS = {
-    **dict.fromkeys(("fl", "lf"), (1, 1)),
-    **dict.fromkeys(("fr", "rf"), (1, -1)),
-    **dict.fromkeys(("rl", "lr", "hl", "lh", "bl", "lb"), (-1, 1)),
-    **dict.fromkeys(("rr", "hr", "rh", "br", "rb"), (-1, -1)),
-}
-_LETTER = {"l": 1, "r": -1}
-
-
-def named_place(names: Iterable[str]) -> tuple[int, int]:
-    """Return where the names of a leg's joints and links say that it is, such as 'FR_hip'.
-
-    Returns:
-        1 for front, -1 for rear, 0 if the names do not say so or disagree; and 1 for left, -1 for
-        right, 0 likewise.
-    """
-    places = [_place(name) for name in names]
-    fronts, lefts = ({one for one in found if one} for found in zip(*places, strict=True))
-    return (
-        fronts.pop() if len(fronts) == 1 else 0,
-        lefts.pop() if len(lefts) == 1 else 0,
-    )
-
-
-def _place(name: str) -> tuple[int, int]:
-    words = [word.lower() for word in _WORD.findall(name)]
-    pair = next((_PAIRS[word] for word in words if word in _PAIRS), (0, 0))
-    front = next((_FRONT[word] for word in words if word in _FRONT), pair[0])
-    left = next((_LEFT[word] for word in words if word in _LEFT), pair[1])
-    letter = next((_LETTER[word] for word in (*words[:1], *words[-1:]) if word in _LETTER), 0)
-    return front, left or letter

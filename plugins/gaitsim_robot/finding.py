@@ -14,9 +14,17 @@ from gaitsim_robot.anatomy import (
     Leg,
     Side,
     name_legs,
-    named_place,
 )
 from gaitsim_robot.chain import pose_data
+from gaitsim_robot.facing import (
+    ALIKE,
+    HEADINGS,
+    count_mirrored,
+    facing_of_shape,
+    facings_of_names,
+    misnamed,
+    side_of,
+)
 from gaitsim_robot.limbs import Limb, Tree, leg_order
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.standing import Stand
@@ -25,23 +33,14 @@ LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb'
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
-ALIKE = 0.2  # largest difference between mirrored legs, as a share of a leg's length
 SHORT = (
     0.5  # share of the distance between front and rear hips; a shorter trunk is only a part of it
 )
-LONGER = 1.3  # ratio of the extents along y and x above which a robot faces along y
 _HALF = 0.5**0.5
 TURNS = {
     "": (1.0, 0.0, 0.0, 0.0),
     "y points up in the file; the robot is turned upright": (_HALF, _HALF, 0.0, 0.0),
 }
-HEADINGS: Mapping[Facing, tuple[int, int]] = {
-    "+x": (1, 0),
-    "-x": (-1, 0),
-    "+y": (0, 1),
-    "-y": (0, -1),
-}
-"""Direction of the nose for each value of `facing`: components along x and y."""
 
 
 def find_anatomy(
@@ -168,7 +167,8 @@ class Finder:
 
     def _find(self, rest: Floats, notes: tuple[str, ...]) -> Anatomy:
         limbs = self._legs(self._tree(rest))
-        shape, fitting = _front(limbs, default=-1 if notes else 1), self._fitting(limbs)
+        shape = facing_of_shape(limbs, default=-1 if notes else 1)
+        fitting = facings_of_names(self.model, limbs)
         facing = self.facing
         if facing == "auto":
             facing = fitting[0] if len(fitting) == 1 else shape
@@ -180,7 +180,7 @@ class Finder:
             named = self.facing == "auto" and facing != shape
             reason = ", as the names of its legs say" if named else ""
             notes = (*notes, f"the robot faces {facing}{reason}; it is turned to face +x")
-        sides = [_side(limb, limbs) for limb in limbs]
+        sides = [side_of(limb, limbs) for limb in limbs]
         order = leg_order(limbs, sides)
         limbs, sides = [limbs[index] for index in order], [sides[index] for index in order]
         stand = Stand(self.model, limbs, _partners(limbs, sides))
@@ -188,48 +188,8 @@ class Finder:
             rest[self.model.joint(joint).qposadr[0]] = angle
         standing, note = self._stand(stand, rest)
         notes += note
-        return self._anatomy(stand, sides, standing, notes, self._misnamed(limbs, sides, fitting))
-
-    def _fitting(self, limbs: list[Limb]) -> list[Facing]:
-        """Return the directions of the nose that no leg's name contradicts.
-
-        Returns:
-            The directions; [] unless the names distinguish front from rear and left from right.
-        """
-        named = [self._named_place(limb) for limb in limbs]
-        if not all(set(column) >= {1, -1} for column in zip(*named, strict=True)):
-            return []
-        seen = np.array([[_sign(limb, limbs, axis) for axis in (0, 1)] for limb in limbs])
-        turned = {  # to the front and to the left
-            facing: seen @ np.array([[x, -y], [y, x]]) for facing, (x, y) in HEADINGS.items()
-        }
-        return [facing for facing, place in turned.items() if (place * named >= 0).all()]
-
-    def _named_place(self, limb: Limb) -> tuple[int, int]:
-        joints = [self.model.joint(joint).name for joint in limb.joints]
-        return named_place(joints + [self.model.body(body).name for body in limb.parts])
-
-    def _misnamed(
-        self, limbs: list[Limb], sides: list[Side], fitting: list[Facing]
-    ) -> tuple[str, ...]:
-        """Return a warning if the names of legs contradict their places, or ()."""
-        remedy = (
-            f"set 'organism.facing' to {fitting[0]}, which fits all names"
-            if len(fitting) == 1
-            else "set 'organism.facing' to the direction of the nose in the file (+x, -x, +y or "
-            "-y), or rename the joints"
-        )
-        named = [self._named_place(limb) for limb in limbs]
-        seen = [(_sign(limb, limbs, 0), _sign(limb, limbs, 1)) for limb in limbs]
-        told = [set(column) >= {1, -1} for column in zip(*named, strict=True)]
-        for name, limb, said, place in zip(name_legs(sides), limbs, named, seen, strict=True):
-            if any(told[axis] and said[axis] * place[axis] < 0 for axis in (0, 1)):
-                joint = self.model.joint(limb.joints[0]).name
-                return (
-                    f"joint {joint!r} belongs to leg {name}, {_describe_place(place)}, although "
-                    f"its name says {_describe_place(said)}; {remedy}",
-                )
-        return ()
+        warnings = misnamed(self.model, limbs, sides, fitting)
+        return self._anatomy(stand, sides, standing, notes, warnings)
 
     def _tree(self, rest: Floats) -> Tree:
         return Tree(self.model, pose_data(self.model, rest))
@@ -380,79 +340,12 @@ def _lies_on_its_side(limbs: Sequence[Limb]) -> bool:
         spread = np.ptp(hips, axis=0) / limb.length
         if spread[2] > 0.3 and spread[1] < 0.1:
             return True
-    return _count_mirrored(limbs, 2) > _count_mirrored(limbs, 1)
+    return count_mirrored(limbs, 2) > count_mirrored(limbs, 1)
 
 
 def _are_alike(limb: Limb, other: Limb) -> bool:
     same = len(other.joints) == len(limb.joints)
     return same and abs(other.length - limb.length) < ALIKE * limb.length
-
-
-def _front(limbs: Sequence[Limb], default: int) -> Facing:
-    """Return the direction of the nose that the shape of the robot indicates.
-
-    A robot with two legs faces in the direction of its feet. A robot with more legs that faces
-    along the y axis faces in the direction `default` · y.
-    """
-    along_y = _faces_along_y(limbs)
-    axis, sign = (1, default) if along_y else (0, 1)
-    for joint, least in ((-1, 0.02), (0, 0.08)) if len(limbs) == 2 else ():
-        toes = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
-        if abs(np.mean(toes)) > least:  # measured from the ankle, or else from the hip
-            sign = int(np.sign(np.mean(toes)))
-            break
-    if along_y:
-        return "+y" if sign > 0 else "-y"
-    return "+x" if sign > 0 else "-x"
-
-
-def _faces_along_y(limbs: Sequence[Limb]) -> bool:
-    """Return whether the robot faces along y, so that its legs form pairs along x."""
-    if len(limbs) == 2:
-        # Knees turn about the lateral axis, also in a planar robot whose legs are in line.
-        knees = np.abs([limb.chain.axes[limb.knee % len(limb.joints)] for limb in limbs])
-        return bool(knees[:, 0].mean() > knees[:, 1].mean())
-    along_x, along_y = (_count_mirrored(limbs, axis) for axis in (0, 1))
-    if along_x != along_y:
-        return along_x > along_y
-    spread = np.ptp([limb.hip for limb in limbs], axis=0)
-    return bool(spread[1] > LONGER * spread[0])
-
-
-def _count_mirrored(limbs: Sequence[Limb], axis: int) -> int:
-    """Return the number of limbs that have a mirror image along an axis among the others."""
-    if not limbs:
-        return 0
-    size = float(np.mean([limb.length for limb in limbs]))
-    ends = np.array([[limb.hip, limb.chain.tip] for limb in limbs])
-    middle = ends[:, :, axis].mean()
-    images = ends.copy()
-    images[:, :, axis] = 2 * middle - ends[:, :, axis]
-    distance = np.linalg.norm(images[:, None] - ends, axis=3).max(axis=2)
-    nearest = distance.argmin(axis=1)
-    others = nearest != np.arange(len(limbs))
-    return int((others & (distance.min(axis=1) < ALIKE * size)).sum())
-
-
-def _side(limb: Limb, limbs: Sequence[Limb]) -> Side:
-    sides: dict[int, Side] = {1: "left", -1: "right", 0: "middle"}
-    return sides[_sign(limb, limbs, 1)]
-
-
-def _sign(limb: Limb, limbs: Sequence[Limb], axis: int) -> int:
-    """Return on which side of the middle of all legs a leg is along an axis; 0 in the middle."""
-    middle = float(np.mean([one.hip[axis] for one in limbs]))
-    for place in (limb.hip[axis] - middle, limb.chain.tip[axis] - middle):
-        if abs(place) > 0.05 * limb.length:
-            return 1 if place > 0 else -1
-    return 0
-
-
-def _describe_place(place: tuple[int, int]) -> str:
-    """Return 'front left' for (1, 1), 'left' for (0, 1)."""
-    front, left = place
-    words = {1: "front", -1: "rear"}.get(front, ""), {1: "left", -1: "right"}.get(left, "middle")
-    return " ".join(filter(None, words))
 
 
 def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
