@@ -11,6 +11,7 @@ from gaitsim.legged.conditions import (
 )
 from gaitsim.legged.damage import Damage, Kind, parse_damage
 from gaitsim.legged.servos import SERVOS, Servo, commands_at, delay_angles, hold_commands
+from gaitsim.legged.slopes import downward, place_on_slope
 from gaitsim.legged.stepping import (
     BODY_HEIGHT,
     STRIDE_FREQUENCY,
@@ -34,10 +35,12 @@ __all__ = [
     "condition_rng",
     "conditions",
     "delay_angles",
+    "downward",
     "draw_joint_errors",
     "draw_push",
     "hold_commands",
     "parse_damage",
+    "place_on_slope",
     "stepping_measures",
     "world_seed",
 ]

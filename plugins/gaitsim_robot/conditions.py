@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Condition
-from gaitsim.legged import CONDITIONS, conditions, draw_joint_errors, world_seed
-from gaitsim.portable import cos, norm, sin
+from gaitsim.legged import CONDITIONS, conditions, downward, draw_joint_errors, world_seed
+from gaitsim.portable import norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
@@ -61,8 +61,7 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
     set_limits(model, servos)
     if "friction" in world:
         model.geom_friction[:, 0] = world["friction"]
-    down = downward(world.get("slope", 0.0), world.get("side_slope", 0.0))
-    model.opt.gravity[:] = norm(model.opt.gravity) * down
+    model.opt.gravity[:] = norm(model.opt.gravity) * downward(world)
     mass = world.get("mass", 1.0)
     _multiply_masses(model, mass)
     anatomy = replace(simulation.anatomy, mass=mass * simulation.anatomy.mass)
@@ -89,18 +88,6 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
     )
     errors = draw_joint_errors(world, "initial_pose", len(joints))
     return _with_initial_errors(found, errors) if errors.any() else found
-
-
-def downward(slope: float, side_slope: float) -> Floats:
-    """Return the direction of gravity relative to a slope, (3,).
-
-    Args:
-        slope: angle of the x axis above the horizontal, °.
-        side_slope: rotation about the x axis that raises the y axis, °.
-    """
-    along, aside = np.radians([slope, side_slope])
-    level = cos(along)
-    return -np.array([sin(along), level * sin(aside), level * cos(aside)])
 
 
 def _multiply_masses(model: Any, share: float) -> None:

@@ -22,6 +22,8 @@ _FIELDS = {
     **dict.fromkeys(("on", "u", "v", "du", "dv"), _BY_LEG),
     # Number of stance feet; the centre of mass on the plane, relative to their centroid, m.
     **dict.fromkeys(("count", "u0", "v0"), _BY_INTERVAL),
+    # Gravity along the ground in the body's frame, relative to gravity into the ground.
+    **dict.fromkeys(("lean_x", "lean_y"), _BY_INTERVAL),
     # A corner of the support polygon, relative to the centroid, and the stability margin, m.
     **dict.fromkeys(("corner_u", "corner_v", "margin"), _BY_INTERVAL),
     # Motion of the body, m and rad, and mean slide of the stance feet, m.

@@ -35,8 +35,10 @@ from gaitsim.legged import (
     angles_frequency,
     conditions,
     delay_angles,
+    downward,
     draw_joint_errors,
     hold_commands,
+    place_on_slope,
     stepping_measures,
 )
 from gaitsim.portable import cos, norm, sin
@@ -46,10 +48,16 @@ from gaitsim_spider.damage import Legs, SpiderAnatomy, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles, tetrapod
 
 LEG_MASS = "leg_mass"
+SLOPES = ("slope", "side_slope")
 
 CONDITIONS: Mapping[str, Condition] = {
     **conditions(
-        "latency", "servo_speed", "joint_offset", "initial_pose", frame_rate=body.FRAME_RATE
+        "latency",
+        "servo_speed",
+        "joint_offset",
+        "initial_pose",
+        *SLOPES,
+        frame_rate=body.FRAME_RATE,
     ),
     LEG_MASS: Condition(
         "", 1.0, 0.8, 1.2, 0.0, 10.0, "scale factor of the legs' masses (moves the centre of mass)"
@@ -88,7 +96,9 @@ def joint_positions(
     return np.asarray(np.clip(turned, -limit, limit, out=turned), np.float32)
 
 
-_NOMINAL = {name: one.nominal for name, one in CONDITIONS.items() if name != LEG_MASS}
+_NOMINAL = {
+    name: one.nominal for name, one in CONDITIONS.items() if name not in (LEG_MASS, *SLOPES)
+}
 
 
 TRUNK = "body"
@@ -250,7 +260,7 @@ class Spider(Organism):
         positions = joint_positions(commands, self.world, anatomy.step_limits)
         if positions is not commands:
             positions = anatomy.restrict(positions)
-        return _motion(commands, positions, anatomy.legs, frequency)
+        return _motion(commands, positions, anatomy.legs, downward(self.world), frequency)
 
     def joint_names(self) -> tuple[str, ...]:
         """Return 'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -261,7 +271,7 @@ class Spider(Organism):
         return body.LEG_JOINTS
 
     def conditions(self) -> Mapping[str, Condition]:
-        """Return the conditions without forces: errors of the joints, and mass of the legs."""
+        """Return the conditions without forces: joints, slopes and the mass of the legs."""
         return CONDITIONS
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
@@ -304,7 +314,7 @@ class Spider(Organism):
         return rig(self._anatomy)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Return the body's outline and legs in the world, standing on z = 0."""
+        """Return the body's outline and legs in the world, standing on the ground."""
         from gaitsim_spider.kinematics import leg_points
 
         anatomy = self._anatomy
@@ -334,7 +344,7 @@ class Spider(Organism):
         feet = segments[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
         names = np.array([*body.OUTLINE_NAMES, *body.JOINTS])
         drawn = np.repeat([True, *~anatomy.lost], [4, *[3] * 8])
-        return Skeleton(
+        level = Skeleton(
             segments=segments[:, drawn],
             names=tuple(names[drawn].tolist()),
             frame_rate=motion.frame_rate,
@@ -344,6 +354,7 @@ class Spider(Organism):
             centre=world[:, -1],
             damaged=anatomy.damaged,
         )
+        return place_on_slope(level, self.world)
 
 
 def _height(motion: Motion) -> Array:
@@ -352,13 +363,16 @@ def _height(motion: Motion) -> Array:
     return np.asarray(body.FOOT_RADIUS - lowest.mean(axis=1, dtype=np.float64))
 
 
-def _motion(commands: Angles, angles: Angles, legs: Legs, frequency: Callable[[], Array]) -> Motion:
+def _motion(
+    commands: Angles, angles: Angles, legs: Legs, down: Array, frequency: Callable[[], Array]
+) -> Motion:
     """Return the motion of joints; feet, contact and travel are computed on first use.
 
     Args:
         commands: commanded angles, (population, 24, frames) rad.
         angles: positions of the joints, (population, 24, frames) rad.
         legs: data of the legs.
+        down: direction of gravity relative to the ground, (3,).
         frequency: returns the stride frequency of the commands, (population,) Hz; 0 if unknown.
     """
     population, _, frames = angles.shape
@@ -381,7 +395,8 @@ def _motion(commands: Angles, angles: Angles, legs: Legs, frequency: Callable[[]
         stance = np.empty((population, 8, frames), dtype=np.bool_)
         slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
         blocks = np.zeros(1, BLOCK)
-        walk(angles, legs, feet, centre, blocks, pose, stance, slip, margin, slope)
+        lean_x, lean_y = (down[:2] / -down[2]).tolist()
+        walk(angles, legs, lean_x, lean_y, feet, centre, blocks, pose, stance, slip, margin, slope)
         return {
             "pose": time_second(pose),
             "stance": time_second(stance),

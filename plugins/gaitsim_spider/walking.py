@@ -3,6 +3,9 @@
 Between two frames the servos move on a straight line, and contact is determined in the middle of
 each frame interval. If it were determined at the frames, a body that flips between two poses every
 frame would travel although no ground could push it forward.
+
+Source of the support on slopes: R. B. McGhee, G. I. Iswandhi, Adaptive locomotion of a multilegged
+robot over rough terrain, IEEE Transactions on Systems, Man, and Cybernetics 9 (1979) 176-182.
 """
 
 import math
@@ -13,6 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from gaitsim.portable.compiled import sin_and_cos
+from gaitsim_spider.body import FOOT_RADIUS
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import SIZE
 from gaitsim_spider.kinematics import place_feet
@@ -223,15 +227,55 @@ def _find_directions(block: Any) -> None:
         block.ahead_y[n], block.ahead_x[n] = sin_and_cos(block.heading[n])
 
 
+_RADIUS = _f(FOOT_RADIUS)
+
+
+@njit(error_model="numpy")
+def _shear(block: Any, lean_x: float, lean_y: float) -> None:
+    """Move the feet to where they appear along gravity, relative to the centre of mass.
+
+    On a slope, the body rests on the feet around the point where the line of gravity through the
+    centre of mass meets the ground (McGhee & Iswandhi 1979). After the shear, this line is
+    vertical. The ground is a foot's radius below the centres of the feet.
+    """
+    for n in range(SIZE):
+        block.lean_x[n] = lean_x * block.ahead_x[n] + lean_y * block.ahead_y[n]
+        block.lean_y[n] = lean_y * block.ahead_x[n] - lean_x * block.ahead_y[n]
+        for leg in range(8):
+            depth = _RADIUS - block.z[leg, n]
+            block.x[leg, n] -= depth * block.lean_x[n]
+            block.y[leg, n] -= depth * block.lean_y[n]
+
+
+@njit(error_model="numpy")
+def _project_centre(block: Any) -> None:
+    """Project the centre of mass onto the plane along gravity instead of the plane's normal."""
+    for n in range(SIZE):
+        depth = _RADIUS - block.height[n]
+        block.u0[n] += depth * block.lean_x[n]
+        block.v0[n] += depth * block.lean_y[n]
+
+
 @njit(inline="always", error_model="numpy")
 def travel(
-    feet: Any, centre: Any, block: Any, pose: Any, stance: Any, slip: Any, margin: Any, slope: Any
+    feet: Any,
+    centre: Any,
+    lean_x: float,
+    lean_y: float,
+    block: Any,
+    pose: Any,
+    stance: Any,
+    slip: Any,
+    margin: Any,
+    slope: Any,
 ) -> None:
     """Compute the motion of one body over flat ground from the motion of its feet.
 
     Args:
         feet: feet in the body's frame, (3, 8, frames) float32, metres.
         centre: centre of mass in the body's frame, (3, frames) float32, metres.
+        lean_x: see `walk`.
+        lean_y: see `walk`.
         block: working memory, a record of dtype `BLOCK`.
         pose: output, (3, frames) float32; see `walk`, also for the other outputs.
         stance: output, (8, frames) bool.
@@ -240,22 +284,37 @@ def travel(
         slope: output, (frames,) float32.
     """
     last = feet.shape[2] - 1
+    inclined = lean_x != 0.0 or lean_y != 0.0
     x = y = yaw = 0.0
     nx, ny, nz, foot = _ZERO, _ZERO, _ONE, np.int64(0)  # the type of later feet
     pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
     for first in range(0, last, SIZE):
         rest = last - first
         count = rest if rest < SIZE else SIZE
-        _fill_block(block, feet, centre, first, count)
-        find_feet(block)
-        nx, ny, nz, foot = find_normal(block, nx, ny, nz, foot)
-        _project_feet(block)
-        _twist(block)
-        find_margin(block)
         before = yaw
-        for n in range(count):
-            block.heading[n] = yaw + 0.5 * block.turn[n]
-            yaw += block.turn[n]
+        for n in range(SIZE):
+            block.heading[n] = yaw
+        # On a slope, the feet on which the body rests depend on its heading, and the heading on
+        # these feet. The first pass takes the heading at the start of the block.
+        for _ in range(2 if inclined else 1):
+            _fill_block(block, feet, centre, first, count)
+            if inclined:
+                _find_directions(block)
+                _shear(block, lean_x, lean_y)
+            find_feet(block)
+            if inclined:
+                _fill_block(block, feet, centre, first, count)
+            normal = find_normal(block, nx, ny, nz, foot)
+            _project_feet(block)
+            _twist(block)
+            yaw = before
+            for n in range(count):
+                block.heading[n] = yaw + 0.5 * block.turn[n]
+                yaw += block.turn[n]
+        nx, ny, nz, foot = normal
+        if inclined:
+            _project_centre(block)
+        find_margin(block)
         _find_directions(block)
         yaw = before
         for n in range(count):
@@ -279,6 +338,8 @@ def travel(
 def walk(
     angles: NDArray[np.float32],
     legs: Legs,
+    lean_x: float,
+    lean_y: float,
     feet: NDArray[np.float32],
     centre: NDArray[np.float32],
     blocks: NDArray[np.void],
@@ -294,6 +355,9 @@ def walk(
         angles: joint angles from the pose at rest, (population, 24, frames) float32, radians, each
             within ±30°.
         legs: data of the legs.
+        lean_x: component of gravity along the initial heading on the ground, divided by the
+            component into the ground; 0 on level ground.
+        lean_y: the same to the left.
         feet: working memory, (1, 3, 8, frames) float32. That of one individual, 76 kB for 300
             frames, fits into the cache.
         centre: working memory, (1, 3, frames) float32.
@@ -309,4 +373,15 @@ def walk(
     """
     for n in range(len(angles)):
         place_feet(angles[n : n + 1], legs, feet, centre)
-        travel(feet[0], centre[0], blocks[0], pose[n], stance[n], slip[n], margin[n], slope[n])
+        travel(
+            feet[0],
+            centre[0],
+            lean_x,
+            lean_y,
+            blocks[0],
+            pose[n],
+            stance[n],
+            slip[n],
+            margin[n],
+            slope[n],
+        )

@@ -10,8 +10,9 @@ from stick import quadruped_spec, simulation_of, standing_quadruped
 
 from gaitsim.contracts import Terrain
 from gaitsim.errors import GaitsimError
+from gaitsim.legged import downward
 from gaitsim_robot import loading
-from gaitsim_robot.conditions import apply_world, downward, robot_conditions
+from gaitsim_robot.conditions import apply_world, robot_conditions
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import delayed_commands, walk
 
@@ -60,7 +61,8 @@ def test_a_slope_rotates_gravity_opposite_to_the_ground():
     from scipy.spatial.transform import Rotation
 
     ground = Rotation.from_euler("YX", [-12, 7], degrees=True)
-    assert downward(12, 7) == pytest.approx(ground.inv().apply([0, 0, -1]), abs=1e-15)
+    down = ground.inv().apply([0, 0, -1])
+    assert downward({"slope": 12, "side_slope": 7}) == pytest.approx(down, abs=1e-15)
 
 
 def test_the_load_on_the_feet_is_the_weight_of_all_masses():
@@ -288,7 +290,7 @@ def test_skeletons_have_their_feet_on_slopes_and_bumps():
         assert np.abs(above[skeleton.touching]).max() < 0.02
         moved = skeleton.path[-1] - skeleton.path[0]
         along = motion["torso"][0, -1] - motion["torso"][0, 0]
-        down = downward(conditions.get("slope", 0.0), conditions.get("side_slope", 0.0))
+        down = downward(conditions)
         assert moved[2] == pytest.approx(-along @ down)
         assert np.linalg.norm(moved) == pytest.approx(np.linalg.norm(along))
         solids = skeleton.poses[..., :3]

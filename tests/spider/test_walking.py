@@ -8,6 +8,8 @@ import reference
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
+from gaitsim.contracts import Motion
+from gaitsim.legged import downward
 from gaitsim_spider import body
 from gaitsim_spider.damage import damaged_anatomy
 from gaitsim_spider.intervals import BLOCK
@@ -22,7 +24,9 @@ FEET[:, 1] = [0.155, 0.186, 0.186, 0.155, -0.155, -0.186, -0.186, -0.155]
 FEET[:, 2] = -0.078
 
 
-def walked(feet: np.ndarray, centre: np.ndarray | None = None) -> dict[str, np.ndarray]:
+def walked(
+    feet: np.ndarray, centre: np.ndarray | None = None, lean: tuple[float, float] = (0.0, 0.0)
+) -> dict[str, np.ndarray]:
     """Return the channels of one body whose feet move as given, (frames, 8, 3)."""
     frames = len(feet)
     centre = np.zeros((frames, 3)) if centre is None else centre
@@ -36,6 +40,7 @@ def walked(feet: np.ndarray, centre: np.ndarray | None = None) -> dict[str, np.n
     travel(
         np.ascontiguousarray(feet.transpose(2, 1, 0), dtype=np.float32),
         np.ascontiguousarray(centre.T, dtype=np.float32),
+        *lean,
         np.zeros(1, BLOCK)[0],
         *out.values(),
     )
@@ -145,19 +150,76 @@ def test_the_resting_plane_is_the_lower_hull_under_the_centre() -> None:
 
 
 @pytest.mark.parametrize(
-    "spider", [Spider(), Spider(symmetry="alternating", frequency=1.3)], ids=str
+    "spider",
+    [
+        Spider(),
+        Spider(symmetry="alternating", frequency=1.3),
+        Spider(symmetry="alternating", world={"slope": 12.0, "side_slope": -7.0}),
+    ],
+    ids=str,
 )
 def test_walking_agrees_with_an_independent_reference(spider: Spider) -> None:
     motion = spider.move(spider.genome_space().random(2, np.random.default_rng(4)))
+    down = downward(spider.world)
     for individual in range(2):
         pose, stance, slip, margin, slope = reference.walk(
-            motion["feet"][individual], motion["centre_of_mass"][individual]
+            motion["feet"][individual], motion["centre_of_mass"][individual], -down[:2] / down[2]
         )
         np.testing.assert_array_equal(motion["stance"][individual, :-1], stance)
         np.testing.assert_allclose(motion["pose"][individual], pose, atol=1e-5)
         np.testing.assert_allclose(motion["slip"][individual, :-1], slip, atol=1e-7)
         np.testing.assert_allclose(motion["margin"][individual, :-1], margin, atol=1e-6)
         np.testing.assert_allclose(motion["slope"][individual, :-1], slope, atol=1e-5)
+
+
+def standing(lifted: list[str], **world: float) -> tuple[Motion, np.ndarray]:
+    """Return the motion of a spider that stands in a world, and its place relative to its feet."""
+    angles = np.zeros((1, 4, 24))
+    angles[..., [body.JOINTS.index(f"{leg} femur") for leg in lifted]] = np.radians(20)
+    motion = Spider(world=world).play(angles)
+    feet, centre = motion["feet"][0, 1], motion["centre_of_mass"][0, 1]
+    return motion, (feet - centre).astype(float)
+
+
+@pytest.mark.parametrize(
+    ("lifted", "edge", "sign"), [(["L1", "R1"], "L2", -1), (["L4", "R4"], "L3", 1)]
+)
+def test_a_spider_tips_over_where_gravity_passes_the_edge_of_its_support(
+    lifted: list[str], edge: str, sign: int
+) -> None:
+    """A spider that raises its front feet tips onto them if it faces downhill."""
+    _, feet = standing(lifted)
+    foot = feet[body.LEGS.index(edge)]
+    reach, depth = abs(foot[0]), body.FOOT_RADIUS - foot[2]
+    tips = np.degrees(np.arctan(reach / depth))
+    for share in (0.9, 0.99):
+        motion, _ = standing(lifted, slope=sign * share * tips)
+        margin = reach - depth * np.tan(np.radians(share * tips))
+        np.testing.assert_allclose(motion["margin"][0], margin, atol=1e-6)
+        assert motion["slope"].max() < 1e-3
+    motion, _ = standing(lifted, slope=sign * 1.01 * tips)
+    assert motion["slope"].min() > 0.05
+    assert motion["stance"][0][:, [body.LEGS.index(leg) for leg in lifted]].all()
+
+
+@pytest.mark.parametrize(("side_slope", "leg"), [(-40.0, "L2"), (40.0, "R2")])
+def test_a_side_slope_brings_gravity_closer_to_the_lower_side(side_slope: float, leg: str) -> None:
+    motion, feet = standing([], side_slope=side_slope)
+    foot = feet[body.LEGS.index(leg)]
+    shift = (body.FOOT_RADIUS - foot[2]) * np.tan(np.radians(40.0))
+    np.testing.assert_allclose(motion["margin"][0], abs(foot[1]) - shift, atol=1e-6)
+
+
+def test_a_body_that_turns_above_its_feet_on_a_slope_keeps_its_margin() -> None:
+    turns = np.radians(-2.0 * np.arange(91))
+    feet = Rotation.from_euler("z", turns[:, None]).as_matrix()[:, None] @ FEET[None, :, :, None]
+    result = walked(feet[..., 0], lean=(0.4, 0.3))
+    shift = (body.FOOT_RADIUS - FEET[0, 2]) * np.array([0.4, 0.3])
+    sides = ConvexHull(FEET[:, :2]).equations
+    expected = -(sides[:, :2] @ shift + sides[:, 2]).max()
+    # Feet that move on chords are up to 0.02 % closer to the middle than on their circle.
+    np.testing.assert_allclose(result["margin"], expected, rtol=5e-4)
+    assert result["pose"][-1, 2] == pytest.approx(np.pi, rel=1e-3)
 
 
 def test_three_feet_in_a_row_on_one_side_are_one_side_of_the_support() -> None:

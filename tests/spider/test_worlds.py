@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.legged import draw_joint_errors
+from gaitsim.legged import downward, draw_joint_errors
 from gaitsim_spider import body
 from gaitsim_spider.organism import Spider
 
@@ -18,6 +18,8 @@ EVERYTHING = {
     "joint_offset": 2.0,
     "initial_pose": 3.0,
     "leg_mass": 1.2,
+    "slope": 8.0,
+    "side_slope": -5.0,
     "seed": 4.0,
 }
 
@@ -108,3 +110,15 @@ def test_a_nominal_world_does_not_change_any_bit() -> None:
 def test_conditions_that_need_forces_are_refused() -> None:
     with pytest.raises(GaitsimError, match="friction"):
         Spider(world={"friction": 0.5})
+
+
+def test_a_drawing_shows_the_slope() -> None:
+    gait = Spider().starts()["tetrapod"][None]
+    spider = Spider(world={"slope": 10.0, "side_slope": 5.0})
+    motion = spider.move(gait)
+    level, tilted = Spider().skeleton(motion, 0), spider.skeleton(motion, 0)
+    moved, flat = (one.centre[-1] - one.centre[0] for one in (tilted, level))
+    assert moved[2] == pytest.approx(-flat @ downward(spider.world), abs=1e-9)
+    assert moved[2] > 0.3
+    under = tilted.ground.height(tilted.contacts)
+    assert np.abs(tilted.contacts[..., 2] - under).min(axis=1).max() < 0.01
