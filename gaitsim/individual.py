@@ -221,7 +221,7 @@ class Individual(ReprMixin):
     @property
     def worlds(self) -> int:
         """The number of worlds that the recorded score combines; 0 for the body's own world."""
-        return self.experiment.worlds.number
+        return self.experiment.worlds.count
 
     @property
     def over_worlds(self) -> str:

@@ -11,7 +11,7 @@ from gaitsim import toml
 from gaitsim.console.printing import notice, output, print_json, print_table
 from gaitsim.console.unseen import evaluate_champion
 from gaitsim.errors import MissingFunctionError, RunError
-from gaitsim.evaluation.worlds import ranges_of
+from gaitsim.evaluation.worlds import describe, ranges_of
 from gaitsim.evolution.transferability import RealityTests
 from gaitsim.gait.changed import can_be_damaged
 from gaitsim.gait.report import effort_of
@@ -79,7 +79,7 @@ def summarise(run: RunSnapshot, reason: str, json: bool, workers: int | None = N
 def _next_commands(run: RunSnapshot) -> Iterator[tuple[str, str]]:
     """Yield commands for a finished run, and their purposes."""
     yield command("analyse", run.path), "which gait it is, and what its score consists of"
-    if run.experiment.worlds.number:
+    if run.experiment.worlds.count:
         unseen = command("analyse", run.path, "--worlds", 100, "--figure", "worlds.png")
         yield unseen, "which conditions hurt, and where"
     yield command("video", run.path), "watch it"
@@ -174,7 +174,7 @@ def print_run_as_json(run: RunSnapshot) -> None:
             "evaluations": int(history["evaluations"][-1]) if history else 0,
             "seconds": float(history["seconds"].sum()) if history else 0.0,
             "islands": experiment.islands.model_dump() if experiment.islands.number > 1 else None,
-            "worlds": experiment.worlds.model_dump() if experiment.worlds.number else None,
+            "worlds": experiment.worlds.model_dump() if experiment.worlds.count else None,
             "start": _start(start) if start else None,
             "stages": [
                 {
@@ -228,13 +228,16 @@ def print_run(run: RunSnapshot) -> None:
             f"{islands.migrants:,} of each migrate"
         )
     worlds = experiment.worlds
-    if worlds.number:
-        again = f", redrawn every {worlds.redraw:,} generations" if worlds.redraw else ""
-        ranges = ", ".join(
-            f"{name} {low:g} to {high:g}" for name, (low, high) in ranges_of(experiment).items()
-        )
-        which = f"{worlds.number:,} world{'s' * (worlds.number != 1)}{again}"
-        console.print(f"{which}, {worlds.combine} of their scores: {ranges}")
+    if worlds.count:
+        found = [describe(case) or "nominal" for case in worlds.cases]
+        if worlds.number:
+            again = f", redrawn every {worlds.redraw:,} generations" if worlds.redraw else ""
+            ranges = ", ".join(
+                f"{name} {low:g} to {high:g}" for name, (low, high) in ranges_of(experiment).items()
+            )
+            found.append(f"{worlds.number:,} drawn{again} from {ranges}")
+        which = f"{worlds.count:,} world{'s' * (worlds.count != 1)}"
+        console.print(f"{which}, {worlds.combine} of their scores: {'; '.join(found)}")
     start = run.start
     if start is not None:
         individual = f"an individual of generation {start.generation}"

@@ -55,7 +55,7 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
         genomes: genomes, which are not changed.
         generation: number of the generation, counted from 1, in whose worlds they move.
     """
-    if not experiment.worlds.number:
+    if not experiment.worlds.count:
         return constrain(experiment, _evaluate(experiment, genomes))
     worlds = draw_worlds(experiment, generation)
     each = [_evaluate(in_world(experiment, world), genomes) for world in worlds]

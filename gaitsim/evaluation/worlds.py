@@ -58,10 +58,12 @@ def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
 
 
 def draw_worlds(experiment: Experiment, generation: int) -> tuple[World, ...]:
-    """Draw the worlds of a generation, counted from 1, from the experiment's seed."""
+    """Return the worlds of a generation, counted from 1: the cases, then the drawn worlds."""
     worlds = experiment.worlds
+    if not worlds.number:
+        return worlds.cases
     rng = stream(experiment.seed, worlds.draw(generation), Purpose.WORLDS)
-    return _sample(ranges_of(experiment), worlds.number, rng)
+    return *worlds.cases, *_sample(ranges_of(experiment), worlds.number, rng)
 
 
 def draw_unseen_worlds(

@@ -13,6 +13,7 @@ from gaitsim.contracts import (
     Plugin,
     Search,
     Selection,
+    check_world,
 )
 from gaitsim.contracts.search import BODY_STARTS, RANDOM_START
 from gaitsim.errors import GaitsimError, nearest
@@ -126,7 +127,7 @@ def check_worlds(
 ) -> None:
     """Report worlds of a body without conditions, unknown conditions, and invalid ranges."""
     organism: Organism | None = plugins.get("organism")
-    if organism is None or not (worlds.number or worlds.ranges):
+    if organism is None or not (worlds.count or worlds.ranges):
         return
     if isinstance(organism, MissingBody):
         return
@@ -155,6 +156,11 @@ def check_worlds(
             "a body with conditions",
         )
         return
+    for number, case in enumerate(worlds.cases):
+        try:
+            check_world(case, conditions)
+        except GaitsimError as error:
+            problems.report(f"worlds.cases.{number}", error.what, error.allowed, error.remedy)
     for name, (low, high) in worlds.ranges.items():
         key = f"worlds.ranges.{name}"
         if name not in conditions:

@@ -38,11 +38,16 @@ class Worlds(BaseModel):
 
     number: int = option(
         0,
-        "number of worlds, the same for all individuals, in which each one is evaluated; 0 uses "
-        "only the world of the body's options. N worlds take N times as long, but count as one "
-        "evaluation",
+        "number of worlds, drawn from the seed and the same for all individuals, in which each one "
+        "is evaluated; without drawn worlds and cases, only the world of the body's options is "
+        "used. N worlds take N times as long, but count as one evaluation",
         ge=0,
         le=1000,
+    )
+    cases: tuple[dict[str, float], ...] = option(
+        (),
+        "worlds in which each individual is evaluated, besides the drawn ones: values of "
+        "conditions by name, such as { friction = 0.4, latency = 0.03 }; the others are nominal",
     )
     ranges: dict[str, tuple[float, float]] = option(
         {},
@@ -68,9 +73,14 @@ class Worlds(BaseModel):
         return Worlds(ranges=self.ranges)
 
     @property
+    def count(self) -> int:
+        """Number of worlds, cases and drawn ones, in which each individual is evaluated."""
+        return len(self.cases) + self.number
+
+    @property
     def counted(self) -> int:
         """Number of an individual's worst worlds whose mean is its score."""
-        share = {"mean": self.number, "worst": 1, "worst tenth": -(-self.number // 10)}
+        share = {"mean": self.count, "worst": 1, "worst tenth": -(-self.count // 10)}
         return share[self.combine]
 
     def draw(self, generation: int) -> int:

@@ -59,7 +59,7 @@ class ExperimentOutline:
         found["evolution"] = {key: evolution[key] for key in _EVOLUTION_OPTIONS if key in evolution}
         if self.islands.number > 1:  # with one island, these options have no effect
             found["islands"] = dict(islands)
-        if self.worlds.number:
+        if self.worlds.count:
             found["worlds"] = dict(self.sections["worlds"])
         if tested := self.sections.get(TRANSFERABILITY):
             found[TRANSFERABILITY] = dict(tested)
@@ -71,7 +71,7 @@ class ExperimentOutline:
         """Return all options by dotted key, as in `--set`; the section worlds only if in use."""
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
-            if section != "worlds" or self.worlds.number:
+            if section != "worlds" or self.worlds.count:
                 found |= _flatten(table, f"{section}.")
         return found
 

@@ -16,6 +16,12 @@ CONDITIONS: Mapping[str, Condition] = {
     "latency": Condition("s", 0.0, 0.0, 0.05, 0.0, 1.0, "delay of the servos after a command"),
     "servo_torque": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "scale factor of the servos' torque"),
     "servo_speed": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "scale factor of the servos' speed"),
+    "servo_stiffness": Condition(
+        "", 1.0, 0.7, 2.0, 0.1, 10.0, "scale factor of the servos' torque per error"
+    ),
+    "grip": Condition(
+        "", 10.0, 1.0, 10.0, 0.1, 100.0, "stiffness of friction relative to that of the contact"
+    ),
     "joint_offset": Condition(
         "°", 0.0, 0.0, 2.0, 0.0, 30.0, "standard deviation of each joint's constant error"
     ),

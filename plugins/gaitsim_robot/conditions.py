@@ -54,11 +54,14 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
             servo,
             stall_torque=world.get("servo_torque", 1.0) * servo.stall_torque,
             no_load_speed=world.get("servo_speed", 1.0) * servo.no_load_speed,
+            stiffness=world.get("servo_stiffness", 1.0) * servo.stiffness,
+            damping=world.get("servo_stiffness", 1.0) * servo.damping,
             latency=world.get("latency", servo.latency),
         )
         for name, servo in simulation.servos.items()
     }
     set_limits(model, servos)
+    model.opt.impratio = world.get("grip", model.opt.impratio)
     if "friction" in world:
         model.geom_friction[:, 0] = world["friction"]
     model.opt.gravity[:] = norm(model.opt.gravity) * downward(world)

@@ -120,6 +120,7 @@ def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
         if servo.stall_torque:
             actuator, constant = model.actuator(name).id, 1.0 / servo.no_load_speed
             model.actuator_gainprm[actuator, :2] = constant / servo.stall_torque, constant
+            model.actuator_gainprm[actuator, [4, 6]] = servo.stiffness, servo.damping
             model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
 
 

@@ -23,6 +23,7 @@ HIGHEST = 0.2  # m, height of the highest possible bump
 SPACING = 0.5  # trunk lengths between corners, so that the feet step on different ones
 FASTEST = 4.0  # trunk lengths per second, twice the speed of the bundled robots
 BASE = 0.1  # m, thickness of solid ground below z = 0
+GRIP = 10.0  # ratio of frictional to normal constraint impedance
 
 
 def corners_for(seconds: float) -> int:
@@ -273,6 +274,9 @@ def build(
     spec.option.timestep = dt
     spec.option.gravity = [0.0, 0.0, -gravity]
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    spec.option.impratio = GRIP
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE  # a third faster for six legs
     _exclude_overlaps(spec, anatomy)
     height = float(anatomy.stance[2])
     if damage:
