@@ -27,6 +27,7 @@ from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import with_world
+from gaitsim.gait.checks import CheckResults, check_gait
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member, Which
 from gaitsim.live.process import detach, stop
@@ -361,6 +362,29 @@ class Run(ReprMixin):
         check_workers(workers)
         individual = self.replay(generation, member=member)
         return evaluate_unseen(individual, number, seed=seed, ranges=ranges, workers=workers)
+
+    def checks(
+        self,
+        *,
+        generation: int | None = None,
+        member: int | None = None,
+        workers: int | None = None,
+    ) -> CheckResults | None:
+        """Check whether the champion, or another individual, holds in the body's checks.
+
+        Args:
+            generation: generation whose best individual to check; None for the champion.
+            member: number of a member of the front or archive to check instead, counted from 1.
+            workers: number of parallel workers; None chooses the body's default.
+
+        Returns:
+            None for a body without checks.
+
+        Raises:
+            RunError: the individual does not exist.
+        """
+        check_workers(workers)
+        return check_gait(self.replay(generation, member=member), workers=workers)
 
     def share(self, generation: int | None = None, *, member: int | None = None) -> str:
         """Return the challenge code of the champion, or of another individual.

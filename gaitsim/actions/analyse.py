@@ -99,12 +99,17 @@ class Analyse(OneIndividual):
                 print_score_breakdown,
                 print_section,
             )
-            from gaitsim.console.unseen import check_worlds, evaluate_with_progress
+            from gaitsim.console.unseen import (
+                check_with_progress,
+                check_worlds,
+                evaluate_with_progress,
+            )
             from gaitsim.gait import analyse_individual
             from gaitsim.gait.robustness import measure_robustness
             from gaitsim.gait.to_dict import analysis_to_dict
             from gaitsim.render.plots.style import check_target
             from gaitsim.render.terminal.explanation import (
+                check_results,
                 compare_engines,
                 compare_with_twin,
                 world_results,
@@ -123,6 +128,7 @@ class Analyse(OneIndividual):
             unseen = evaluate_with_progress(
                 individual, self.worlds, self.world_seed, workers=self.workers
             )
+        checks = check_with_progress(individual, self.workers)
         if self.figure is not None:
             _plot(individual, found, unseen, self.figure)
             report_files(self.figure)
@@ -140,6 +146,7 @@ class Analyse(OneIndividual):
                 {
                     "run": str(opened.path),
                     **analysis,
+                    "checks": checks.to_dict() if checks else None,
                     "unseen_worlds": unseen.to_dict() if unseen else None,
                     "figure": str(self.figure) if self.figure else None,
                 }
@@ -149,7 +156,8 @@ class Analyse(OneIndividual):
         print_score_breakdown(individual, history)
         if robustness is not None:
             print_robustness(robustness)
-        sections = [compare_with_twin(individual, twin)] if twin else []
+        sections = [check_results(checks)] if checks else []
+        sections += [compare_with_twin(individual, twin)] if twin else []
         sections += [compare_engines(individual, elsewhere)] if elsewhere else []
         for section in (*sections, *(world_results(unseen) if unseen else ())):
             output().print()

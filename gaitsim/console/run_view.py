@@ -9,10 +9,11 @@ from rich.text import Text
 
 from gaitsim import toml
 from gaitsim.console.printing import notice, output, print_json, print_table
-from gaitsim.console.unseen import evaluate_champion
+from gaitsim.console.unseen import check_champion, evaluate_champion
 from gaitsim.errors import MissingFunctionError, RunError
 from gaitsim.evaluation.worlds import describe, ranges_of
 from gaitsim.evolution.transferability import RealityTests
+from gaitsim.experiment import Experiment
 from gaitsim.gait.changed import can_be_damaged
 from gaitsim.gait.report import effort_of
 from gaitsim.individual import Individual
@@ -54,6 +55,8 @@ def summarise(run: RunSnapshot, reason: str, json: bool, workers: int | None = N
             parts = to_dict(champion)
             if unseen := evaluate_champion(run, champion, workers):
                 parts["unseen_worlds"] = unseen.statistics()
+            if checks := check_champion(champion, workers):
+                parts["checks"] = checks.to_dict()
         print_json(
             {"run": str(run.path), "finished": reason, **parts, "fingerprint": run.fingerprint()}
         )
@@ -65,6 +68,8 @@ def summarise(run: RunSnapshot, reason: str, json: bool, workers: int | None = N
         return
     if unseen := evaluate_champion(run, champion, workers):
         console.print(summary_line(unseen))
+    if checks := check_champion(champion, workers):
+        console.print(checks.summary, style="" if checks.holds else "yellow")
     view = ArchiveView.of(run.members) if run.experiment.search.keeps == "archive" else None
     if view is not None:
         print_archive(run, view)
@@ -202,6 +207,20 @@ def _start(start: Start) -> dict[str, Any]:
     return {"genomes": len(start.genomes)}
 
 
+def _worlds(experiment: Experiment) -> str:
+    """Return the worlds in which each individual is evaluated, in words."""
+    worlds = experiment.worlds
+    found = [describe(case) or "nominal" for case in worlds.cases]
+    if worlds.number:
+        again = f", redrawn every {worlds.redraw:,} generations," if worlds.redraw else ""
+        ranges = ", ".join(
+            f"{name} {low:g} to {high:g}" for name, (low, high) in ranges_of(experiment).items()
+        )
+        found.append(f"{worlds.number:,} drawn{again} from {ranges}")
+    which = f"{worlds.count:,} world{'s' * (worlds.count != 1)}"
+    return f"{which}, {worlds.combine} of their scores: {'; '.join(found)}"
+
+
 def print_run(run: RunSnapshot) -> None:
     """Print a run for people."""
     experiment, history = run.experiment, run.history
@@ -227,17 +246,8 @@ def print_run(run: RunSnapshot) -> None:
             f"{islands.number:,} islands {where}; every {islands.every:,} generations the best "
             f"{islands.migrants:,} of each migrate"
         )
-    worlds = experiment.worlds
-    if worlds.count:
-        found = [describe(case) or "nominal" for case in worlds.cases]
-        if worlds.number:
-            again = f", redrawn every {worlds.redraw:,} generations" if worlds.redraw else ""
-            ranges = ", ".join(
-                f"{name} {low:g} to {high:g}" for name, (low, high) in ranges_of(experiment).items()
-            )
-            found.append(f"{worlds.number:,} drawn{again} from {ranges}")
-        which = f"{worlds.count:,} world{'s' * (worlds.count != 1)}"
-        console.print(f"{which}, {worlds.combine} of their scores: {'; '.join(found)}")
+    if experiment.worlds.count:
+        console.print(_worlds(experiment))
     start = run.start
     if start is not None:
         individual = f"an individual of generation {start.generation}"

@@ -5,6 +5,7 @@ from gaitsim.console.printing import notice
 from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of
+from gaitsim.gait.checks import CheckResults, check_gait
 from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
@@ -51,18 +52,42 @@ def evaluate_with_progress(
         )
 
 
+def check_with_progress(individual: Individual, workers: int | None = None) -> CheckResults | None:
+    """Check whether a gait holds, and show the progress; None if its body names no checks."""
+    with Progress("checking whether the gait holds", "worlds") as progress:
+        return check_gait(
+            individual, workers=workers, begin=progress.expect, advance=progress.advance
+        )
+
+
+def check_champion(champion: Individual, workers: int | None = None) -> CheckResults | None:
+    """Check whether a champion holds; Ctrl-C skips this.
+
+    Returns:
+        None if its body names no checks, or after a notice of why there is no result.
+    """
+    try:
+        with interruptible():
+            return check_with_progress(champion, workers)
+    except KeyboardInterrupt:
+        notice("Skipped the checks of whether the gait holds.")
+    except GaitsimError as error:
+        notice(f"Not checked whether the gait holds: {error.what}")
+    return None
+
+
 def evaluate_champion(
     run: RunSnapshot, champion: Individual, workers: int | None = None
 ) -> UnseenResults | None:
     """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
 
     Returns:
-        None if the run has no section [worlds], or after a notice of why there is no result.
+        None if the run draws no worlds, or after a notice of why there is no result.
     """
-    worlds = champion.experiment.worlds.number
-    if not worlds:
+    worlds = champion.experiment.worlds
+    if not worlds.number:
         return None
-    evaluated = int(run.history["evaluations"][-1]) * worlds
+    evaluated = int(run.history["evaluations"][-1]) * worlds.count
     number = min(AT_END, max(FEWEST_AT_END, evaluated // 10))
     what = f"{number} unseen worlds (Ctrl-C skips them)"
     try:

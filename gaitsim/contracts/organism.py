@@ -1,7 +1,7 @@
 """The contract of a body."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -140,6 +140,14 @@ class Organism(Plugin):
         validates it with `check_world`, and applies it in `move` and `play`.
         """
         return {}
+
+    def checks(self) -> Sequence[Mapping[str, float]]:
+        """Return worlds in which a gait that is good in practice still works; none by default.
+
+        Each is one or more values of `conditions` by name. A run ends with the share of its
+        distance that the champion keeps in the worst of them.
+        """
+        return ()
 
     def describe(self) -> Facts:
         """Return facts about the body with its options, such as its mass and its legs."""

@@ -9,6 +9,7 @@ from gaitsim.gait.changed import (
     with_damage,
     with_world,
 )
+from gaitsim.gait.checks import CheckResults, check_gait
 from gaitsim.gait.report import (
     Footfalls,
     GaitAnalysis,
@@ -21,12 +22,14 @@ from gaitsim.gait.travel import stability_margin
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 
 __all__ = [
+    "CheckResults",
     "Footfalls",
     "GaitAnalysis",
     "UnseenResults",
     "analyse_gait",
     "analyse_individual",
     "can_be_damaged",
+    "check_gait",
     "compare_bodies",
     "damage_body",
     "evaluate_unseen",

@@ -1,7 +1,7 @@
 """Test a gait in unseen worlds, in which it did not evolve; the results in several worlds."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from typing import Any
@@ -230,17 +230,8 @@ def evaluate_unseen(
     chosen = _varying_ranges(individual) if ranges is None else _check_ranges(experiment, ranges)
     worlds = draw_unseen_worlds(experiment, number, chosen, seed)
     begin(number)
-    nominal = _outcome(individual)
-    measured = individual.measurements.get(MEASURE)
-    angles = individual.joint_angles if individual.genome is None else None
-    work = partial(_outcome_in, individual.genome, angles)
-    outcomes: list[Outcome] = []
-    with Evaluator(experiment, workers) as evaluator:
-        step = evaluator.workers * max(1, number // (REPORTS * evaluator.workers))
-        for start in range(0, number, step):
-            part = worlds[start : start + step]
-            outcomes += evaluator.map(work, part)
-            advance(len(part))
+    nominal = outcome_of(individual)
+    outcomes = evaluate_in(individual, experiment, worlds, workers, advance)
     if all(one.failure for one in outcomes):
         raise GaitsimError(
             f"the motion fails in each of {number:,} worlds: {outcomes[0].failure}",
@@ -248,15 +239,50 @@ def evaluate_unseen(
             remedy="test another gait, or narrow the ranges of the conditions",
         )
     return UnseenResults(
-        MEASURE if measured else SCORE,
-        measured.unit if measured else experiment.fitness.unit,
+        *measure_of(individual),
         nominal,
         chosen,
         {name: one.unit for name, one in conditions.items() if name in chosen},
         int(seed),
         worlds,
-        tuple(outcomes),
+        outcomes,
     )
+
+
+def measure_of(individual: Individual) -> tuple[str, str]:
+    """Return the name and unit of an individual's results: those of `forward`, or the score's."""
+    measured = individual.measurements.get(MEASURE)
+    return (MEASURE, measured.unit) if measured else (SCORE, individual.experiment.fitness.unit)
+
+
+def evaluate_in(
+    individual: Individual,
+    experiment: Experiment,
+    worlds: Sequence[World],
+    workers: int | None = None,
+    advance: Callable[[int], object] = lambda worlds: None,
+) -> tuple[Outcome, ...]:
+    """Return the outcome of a gait in each of several worlds.
+
+    The result does not depend on the number of workers.
+
+    Args:
+        individual: individual whose genome moves the body, or whose joint angles are played.
+        experiment: experiment with the body, and only its own world.
+        worlds: values of conditions by name.
+        workers: number of workers; None for a number that suits the body.
+        advance: called with the number of worlds that were completed since the last call.
+    """
+    angles = individual.joint_angles if individual.genome is None else None
+    work = partial(_outcome_in, individual.genome, angles)
+    outcomes: list[Outcome] = []
+    with Evaluator(experiment, workers) as evaluator:
+        step = evaluator.workers * max(1, len(worlds) // (REPORTS * evaluator.workers))
+        for start in range(0, len(worlds), step):
+            part = worlds[start : start + step]
+            outcomes += evaluator.map(work, part)
+            advance(len(part))
+    return tuple(outcomes)
 
 
 def check_request(number: object, seed: object) -> None:
@@ -296,10 +322,11 @@ def _outcome_in(
     """Move a genome, or play joint angles, (frames, joints), in a world."""
     moved = in_world(experiment, world)
     played = None if angles is None else play(moved, angles[None])
-    return _outcome(Individual(moved, math.nan, {}, genome=genome, played=played))
+    return outcome_of(Individual(moved, math.nan, {}, genome=genome, played=played))
 
 
-def _outcome(individual: Individual) -> Outcome:
+def outcome_of(individual: Individual) -> Outcome:
+    """Return the outcome of an individual in its own world."""
     failure, score = individual.replayed_failure, individual.replayed_score
     measured = individual.measurements.get(MEASURE)
     result = score if measured is None else measured.value

@@ -1,7 +1,7 @@
 """The body `robot`: any legged robot from a URDF or MJCF file."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import ClassVar, Literal, Self
 
 import numpy as np
@@ -59,6 +59,7 @@ from gaitsim_robot.simulation import FRAME_RATE, Simulation
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
+LATE = 0.03  # s, latency of a slow servo and its controller
 
 CHANNELS: Mapping[str, Channel] = {
     "joint_angles": Channel(
@@ -388,6 +389,18 @@ class Robot(Organism):
     def conditions(self) -> Mapping[str, Condition]:
         """Return the conditions: ground, masses, servos, initial pose and pushes."""
         return robot_conditions(self.friction, servo_latency(self._servo))
+
+    def checks(self) -> Sequence[Mapping[str, float]]:
+        """Return worlds with softer contacts, other friction, later, softer and stiffer servos."""
+        late = 0.0 if servo_latency(self._servo) >= LATE else LATE
+        return (
+            {"grip": 1.0},
+            {"friction": 0.4},
+            {"friction": 1.1},
+            {"latency": late},
+            {"servo_stiffness": 0.7},
+            {"servo_stiffness": 2.0},
+        )
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return displacement, speed, duration, effort, slip, steps and posture."""

@@ -11,6 +11,7 @@ from gaitsim.errors import GaitsimError, MissingFunctionError
 from gaitsim.evaluation.worlds import describe
 from gaitsim.gait import GaitAnalysis, compare_bodies
 from gaitsim.gait.changed import QuantityPair, engine_of
+from gaitsim.gait.checks import CheckResults
 from gaitsim.gait.report import quantities
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.gait.sensitivity import Effect
@@ -157,6 +158,29 @@ def _terms_over_generations(
         for one in found
     )
     return Passage(columns=("term, generation", *heads), rows=rows, numbers=heads)
+
+
+def check_results(found: CheckResults) -> Passage:
+    """Return what a gait keeps in each world that its body names, and whether it holds."""
+    measure = f"{found.measure} {found.unit}".rstrip()
+    rows = tuple(
+        (
+            one.name,
+            format_or_dash(one.outcome.result, 3),
+            format_percent(one.kept),
+            one.outcome.failure or "falls" * one.outcome.fell,
+        )
+        for one in found.checks
+    )
+    summary = found.summary
+    return Passage(
+        "Checks",
+        warning="" if found.holds else summary,
+        columns=("world", measure, "kept", ""),
+        rows=rows,
+        numbers=(measure, "kept"),
+        notes=(summary,) if found.holds else (),
+    )
 
 
 def world_results(found: UnseenResults) -> Iterator[Passage]:

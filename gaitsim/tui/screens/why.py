@@ -14,10 +14,12 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import has_worlds
 from gaitsim.gait import GaitAnalysis, analyse_individual, play_on_twin
 from gaitsim.gait.changed import has_twin
+from gaitsim.gait.checks import check_gait
 from gaitsim.gait.unseen import evaluate_unseen
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (
     Passage,
+    check_results,
     compare_with_twin,
     explanation,
     travel_and_stability,
@@ -95,6 +97,8 @@ The terms behind the score of an individual, and its gait.
         )
         self._individual = found
         self.refresh_bindings()
+        if found.experiment.organism.checks():
+            self._append("playing in other worlds …", self._check, follow=False)
 
     def action_physics(self) -> None:
         """Play the gait on the body's twin and show how well it transfers."""
@@ -108,13 +112,17 @@ The terms behind the score of an individual, and its gait.
 
     @work
     async def _append(
-        self, doing: str, found: Callable[[Individual, Static], tuple[Passage, ...]]
+        self,
+        doing: str,
+        found: Callable[[Individual, Static], tuple[Passage, ...]],
+        follow: bool = True,
     ) -> None:
-        """Show a line while a thread computes sections, then the sections."""
+        """Show a line while a thread computes sections, then the sections; scroll to them."""
         self.refresh_bindings()
         scroll, waiting = self.query_one(VerticalScroll), Static(doing)
         await scroll.mount(waiting)
-        scroll.scroll_end(animate=False)
+        if follow:
+            scroll.scroll_end(animate=False)
         assert self._individual is not None
         try:
             sections = await self.in_thread(found, self._individual, waiting)
@@ -123,7 +131,13 @@ The terms behind the score of an individual, and its gait.
             return
         await scroll.mount(*(part for section in sections for part in _section_widgets(section)))
         await waiting.remove()
-        scroll.scroll_end(animate=False)
+        if follow:
+            scroll.scroll_end(animate=False)
+
+    def _check(self, individual: Individual, _: Static) -> tuple[Passage, ...]:
+        """Check whether the gait holds, in a thread."""
+        results = check_gait(individual, workers=_workers(individual))
+        return (check_results(results),) if results else ()
 
     def _evaluate_worlds(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
         """Evaluate in unseen worlds, in a thread, and show the progress."""
@@ -136,8 +150,7 @@ The terms behind the score of an individual, and its gait.
                 raise GaitsimError("the screen was closed")
             self.app.call_from_thread(waiting.update, f"{done} of {WORLDS} unseen worlds …")
 
-        # Worker processes would interfere with the app's terminal.
-        workers = None if individual.experiment.organism.threads else 1
+        workers = _workers(individual)
         return tuple(
             world_results(evaluate_unseen(individual, WORLDS, workers=workers, advance=advance))
         )
@@ -158,6 +171,11 @@ The terms behind the score of an individual, and its gait.
 
 def _physics_section(individual: Individual) -> Passage:
     return compare_with_twin(individual, play_on_twin(individual))
+
+
+def _workers(individual: Individual) -> int | None:
+    """Return the number of workers; worker processes would interfere with the app's terminal."""
+    return None if individual.experiment.organism.threads else 1
 
 
 def _read(path: Path, which: Which) -> tuple[Individual, tuple[Passage, ...], GaitAnalysis]:

@@ -1,0 +1,150 @@
+"""Whether a gait holds: how much of its distance it keeps in the worlds that its body names."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+from gaitsim.evaluation.worlds import World, describe
+from gaitsim.gait.unseen import Outcome, evaluate_in, measure_of, outcome_of
+from gaitsim.individual import Individual
+from gaitsim.registry import plugin_errors
+from gaitsim.repr_mixin import ReprField, ReprMixin
+
+HOLDS = 0.75
+"""Least share of its nominal result that a gait that holds keeps in each check."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """The result of a gait in one of the worlds that its body names.
+
+    Attributes:
+        world: values of conditions by name.
+        outcome: outcome in this world.
+        kept: result as a share of the nominal result; NaN if the nominal one is ≤ 0.
+    """
+
+    world: World
+    outcome: Outcome
+    kept: float
+
+    @property
+    def name(self) -> str:
+        """The world in words, such as 'friction 0.4'."""
+        return describe(self.world)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the body stays upright and keeps at least `HOLDS` of its result."""
+        return not self.outcome.fell and self.kept >= HOLDS
+
+
+@dataclass(frozen=True, repr=False)
+class CheckResults(ReprMixin):
+    """The results of a gait in all worlds that its body names.
+
+    Attributes:
+        measure: name of the results: `forward`, or `score` if the body does not have this measure.
+        unit: unit of the results.
+        nominal: outcome in the gait's own world.
+        checks: results, at least one.
+    """
+
+    measure: str
+    unit: str
+    nominal: Outcome
+    checks: tuple[Check, ...]
+
+    @property
+    def failed(self) -> tuple[Check, ...]:
+        """The checks that the gait does not pass."""
+        return tuple(one for one in self.checks if not one.passed)
+
+    @property
+    def holds(self) -> bool:
+        """Whether the gait passes all checks, and stays upright in its own world."""
+        return not self.failed and not self.nominal.fell
+
+    @property
+    def worst(self) -> Check:
+        """The check in which the gait keeps least; one with a fall, if there is any."""
+        return min(self.checks, key=lambda one: (not one.outcome.fell, one.kept))
+
+    @property
+    def summary(self) -> str:
+        """Return the results on one line, such as 'Holds: keeps 86 % of 4.40 m in …'."""
+        if not self.nominal.result > 0:
+            return "Not checked in other worlds, as the gait does not move forward in its own."
+        total, worst = f"{self.nominal.result:.2f} {self.unit}".rstrip(), self.worst
+        count = f"{len(self.checks)} checks"
+        kept = f"keeps {100 * worst.kept:.0f} % of {total}"
+        if self.holds:
+            return f"Holds: {kept} in the worst of {count} ({worst.name})."
+        if not self.failed:
+            return f"Does not hold: falls in its own world; {kept} in the worst of {count}."
+        falls = " and falls" if worst.outcome.fell else ""
+        return f"Does not hold: {kept}{falls} at {worst.name}; fails {len(self.failed)} of {count}."
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the results as values for JSON."""
+        return {
+            "measure": self.measure,
+            "unit": self.unit,
+            "nominal": asdict(self.nominal),
+            "holds": self.holds,
+            "checks": [
+                {
+                    "world": dict(one.world),
+                    **asdict(one.outcome),
+                    "kept": None if math.isnan(one.kept) else one.kept,
+                    "passed": one.passed,
+                }
+                for one in self.checks
+            ],
+        }
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "holds": self.holds,
+            "measure": self.measure,
+            "nominal": self.nominal.result,
+            "kept": {one.name: one.kept for one in self.checks},
+        }
+
+
+def check_gait(
+    individual: Individual,
+    *,
+    workers: int | None = None,
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda worlds: None,
+) -> CheckResults | None:
+    """Move a gait in the worlds in which its body says that a good gait still works.
+
+    Args:
+        individual: individual of a run or from a file.
+        workers: number of workers; None for a number that suits the body.
+        begin: called with the number of worlds.
+        advance: called with the number of worlds that were completed since the last call.
+
+    Returns:
+        None for a body that names no such worlds.
+
+    Raises:
+        PluginError: the body or the fitness fails or breaks its contract.
+    """
+    experiment = individual.experiment
+    with plugin_errors(experiment.entries["organism"], "naming its checks"):
+        worlds = tuple(experiment.organism.checks())
+    if not worlds:
+        return None
+    alone = replace(experiment, worlds=experiment.worlds.own)
+    nominal = outcome_of(individual)
+    begin(len(worlds))
+    outcomes = evaluate_in(individual, alone, worlds, workers, advance)
+    checks = tuple(
+        Check(world, one, one.result / nominal.result if nominal.result > 0 else math.nan)
+        for world, one in zip(worlds, outcomes, strict=True)
+    )
+    return CheckResults(*measure_of(individual), nominal, checks)
