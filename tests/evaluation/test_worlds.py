@@ -69,6 +69,7 @@ def test_an_experiment_with_worlds_is_read_as_it_was_written():
     [
         ("worlds.ranges", {"frction": [0, 1]}, "friction"),
         ("worlds.ranges.friction", [1.2, 0.3], "from 0 to 5"),
+        ("worlds.cases", [{"friction": 1.0}, {"frction": 1.0}], "worlds.cases.1"),
         ("organism.world", {"friction": 9.0}, "0 to 5"),
         ("organism.world", {"seed": 0.5}, "whole number"),
     ],
@@ -81,3 +82,18 @@ def test_impossible_worlds_are_refused(key, value, told):
 def test_a_body_without_conditions_has_no_worlds():
     with pytest.raises(ExperimentError, match="no conditions that vary between worlds"):
         with_overrides(load_experiment("millipede"), {"worlds.number": 2})
+
+
+def test_cases_come_before_drawn_worlds_and_all_count():
+    cases = [{"friction": 0.3}, {"friction": 1.2, "latency": 0.05}]
+    experiment = walkers(**{"worlds.cases": cases, "worlds.number": 1, "worlds.combine": "worst"})
+    assert parse_experiment(experiment.to_toml(), "here").worlds == experiment.worlds
+    worlds = draw_worlds(experiment, 1)
+    assert [*worlds[:2]] == cases
+    assert len(worlds) == experiment.worlds.count == 3
+    people = genomes(experiment)
+    alone = [evaluate(in_world(experiment, one), people).scores for one in worlds]
+    np.testing.assert_array_equal(evaluate(experiment, people).scores, np.min(alone, axis=0))
+    given = walkers(**{"worlds.cases": cases, "worlds.number": 0})
+    mean = np.mean(alone[:2], axis=0)
+    np.testing.assert_allclose(evaluate(given, people).scores, mean, rtol=1e-12)

@@ -83,7 +83,7 @@ def test_servos_have_the_torques_of_mujocos_actuators(servo):
     model, data = simulation.model, mujoco.MjData(simulation.model)
     drives, random = Drives(model, np.arange(1, model.njnt)), np.random.default_rng(0)
     shares = []
-    for _ in range(50):
+    for _ in range(100):
         data.qpos[:] = simulation.start[1 : 1 + model.nq]
         data.ctrl[:] = simulation.rest + random.uniform(-0.5, 0.5, model.nu)
         data.qvel[6:] = random.uniform(-2, 2, model.nu) * simulation.top_speed.max()

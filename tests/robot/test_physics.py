@@ -69,7 +69,8 @@ def test_without_contact_the_work_of_the_servos_equals_the_gain_in_energy():
 
 
 def test_a_rising_robot_gains_the_work_of_its_servos_minus_the_loss_in_contacts():
-    simulation, _ = standing_quadruped("sts3215", dt=0.001)
+    # With steps of 1 ms, the error of integration exceeds the small loss of feet that hardly slip.
+    simulation, _ = standing_quadruped("sts3215", dt=2.5e-4)
     data = started(simulation)
     data.ctrl[:] = simulation.rest
     before, height = energies(simulation.model, data), data.subtree_com[1, 2]
@@ -78,7 +79,7 @@ def test_a_rising_robot_gains_the_work_of_its_servos_minus_the_loss_in_contacts(
     data.ctrl[simulation.ctrl[knees]] += 0.5
     data.ctrl[simulation.ctrl[np.roll(knees, -1)]] -= 0.25
     assert (data.ctrl > lower).all()
-    work = servo_work(simulation.model, data, 2000)
+    work = servo_work(simulation.model, data, 8000)
     mujoco.mj_comPos(simulation.model, data)
     rise = simulation.anatomy.mass * GRAVITY * (data.subtree_com[1, 2] - height)
     gain = energies(simulation.model, data) - before

@@ -8,7 +8,8 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from gaitsim.contracts import BitSpace, Channel, Genomes, GenomeSpace, Motion, Organism, RealSpace
-from gaitsim.errors import PluginError
+from gaitsim.contracts.conditions import check_world
+from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation.scoring import check_motion
 from gaitsim.experiment import WORLD
 from gaitsim.experiment.model import space_of, starts_of
@@ -104,6 +105,14 @@ def check_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[F
                 f"{name}: low ≤ high, and low, high and nominal between least and most",
                 f"{one!r}",
                 "correct the condition",
+            )
+            return
+    for world in body.checks():
+        try:
+            check_world(world, conditions)
+        except GaitsimError as problem:
+            yield error(
+                "worlds", "checks() names worlds of the body", problem.what, "correct the check"
             )
             return
     own = dict(body)[WORLD]
