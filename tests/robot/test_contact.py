@@ -22,7 +22,7 @@ BLOCK = (0.10, 0.06, 0.01)  # m, half sides
 RADIUS = 0.05  # m
 MASS = 0.5  # kg
 
-engines = pytest.mark.parametrize("engine", ["bullet"])
+engines = pytest.mark.parametrize("engine", ["mujoco", "bullet"])
 frictions = pytest.mark.parametrize("friction", [0.3, 0.8, 1.1])
 directions = pytest.mark.parametrize("direction", [0.0, 30.0, 45.0, 250.0])
 
