@@ -19,8 +19,12 @@ from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.chain import standing_chains
 
 BAND = 0.25  # rad, largest error at which an unknown servo applies its full torque
+NARROW = 0.02  # rad, the same for a stiffness in a file; higher ones are placeholders, and chatter
 HOLD = 4.0  # × weight × reach per rad, smallest stiffness of an unknown servo; balances a biped
 DAMPING_TIME = 0.03  # s, smallest damping / stiffness of an unknown servo: seven time steps
+STABLE = (
+    0.005  # s, smallest damping / stiffness of a stiffness in a file: half the largest time step
+)
 SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo up to no-load speed
 SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
 LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
@@ -32,9 +36,9 @@ FASTEST = 50.0  # rad/s; higher speed limits in files are placeholders
 ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]
 """Values of the option `organism.servo`.
 
-- `model`: the limits in the robot's text. Missing limits are replaced by a torque of `SHARE` of the
-  robot's weight times the reach of its longest leg, and by `SPEED`. Limits beyond `LIFT` and
-  `FASTEST` are placeholders, and are reduced to these values.
+- `model`: the limits, stiffness and damping in the robot's text. Missing limits are replaced by a
+  torque of `SHARE` of the robot's weight times the reach of its longest leg, and by `SPEED`. Limits
+  beyond `LIFT` and `FASTEST` are placeholders, and are reduced to these values.
 - `ideal`: stiff, strong and without delay, to show what a gait could achieve.
 """
 
@@ -64,7 +68,7 @@ def joint_servos(
     servos = {}
     for joint in (*anatomy.joints, *anatomy.held):
         if name == "model":
-            servo = _servo_from_text(model, joint, weight, torque_limit, speed_limit)
+            servo = _servo_from_text(model, joint, weight, torque_limit, speed_limit, stiffness)
         elif name == "ideal":
             servo = _assumed_servo(name, LIFT * weight, FASTEST, weight, "no real servo")
         else:
@@ -145,9 +149,14 @@ def _with_overrides(
 
 
 def _servo_from_text(
-    model: Any, joint: str, weight: float, torque_limit: float | None, speed_limit: float | None
+    model: Any,
+    joint: str,
+    weight: float,
+    torque_limit: float | None,
+    speed_limit: float | None,
+    stiffness: float | None,
 ) -> Servo:
-    """Return the servo of a joint with the limits in the robot's text."""
+    """Return the servo of a joint with the limits and the stiffness in the robot's text."""
     index = model.joint(joint).id
     torque = float(model.jnt_actfrcrange[index, 1]) if model.jnt_actfrclimited[index] else 0.0
     speed = float(model.jnt_user[index, 0]) if model.nuser_jnt else 0.0
@@ -157,17 +166,30 @@ def _servo_from_text(
         notes.append(_assumption("torque", "N m", torque, LIFT * weight, assumed))
     if speed_limit is None:
         notes.append(_assumption("speed", "rad/s", speed, FASTEST))
-    return _assumed_servo(
+    limit = min(torque_limit or torque or SHARE * weight, LIFT * weight)
+    given = float(model.jnt_user[index, 1]) if model.nuser_jnt > 1 and stiffness is None else 0.0
+    if given:
+        reduced = _assumption("stiffness", "N m/rad", given, limit / NARROW)
+        notes.insert(0, reduced or f"stiffness {given:.3g} N m/rad")
+        given = min(given, limit / NARROW)
+    servo = _assumed_servo(
         "model",
-        min(torque_limit or torque or SHARE * weight, LIFT * weight),
+        limit,
         min(speed_limit or speed or SPEED, FASTEST),
         weight,
         "; ".join(filter(None, notes)) or FROM_FILE,
     )
+    if not given:
+        return servo
+    passive = float(model.dof_damping[model.jnt_dofadr[index]])
+    damping = float(model.jnt_user[index, 2]) if model.nuser_jnt > 2 else 0.0
+    if not damping + passive:
+        damping = DAMPING_TIME * given
+    return replace(servo, stiffness=given, damping=max(damping, STABLE * given - passive))
 
 
 def _assumption(quantity: str, unit: str, given: float, most: float, how: str = "") -> str:
-    """Return why a limit differs from the one in the robot's file, or ''."""
+    """Return why a value differs from the one in the robot's file, or ''."""
     if not given:
         return f"{quantity} assumed{how}"
     if given > most:

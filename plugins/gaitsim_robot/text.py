@@ -7,8 +7,8 @@ include their robot.
 - Every body has an explicit inertia.
 - Geoms are boxes, spheres, capsules, cylinders, ellipsoids, and convex meshes with their vertices
   in the text.
-- The largest torque of a joint is its `actuatorfrcrange`; its largest speed, rad/s, is its `user`
-  value, 0 if unknown.
+- The largest torque of a joint is its `actuatorfrcrange`. Its `user` values are its largest speed,
+  rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown.
 - Equality constraints represent mimic joints and closed linkages.
 - There is at most one keyframe, `stand`.
 - There are no ground, actuators, sensors, includes or file names.
@@ -77,7 +77,7 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
     },
     ("body", "joint"): {
         "name": _NAME, "type": frozenset({"hinge"}), "pos": _count(3), "axis": _count(3),
-        "range": _count(2), "actuatorfrcrange": _count(2), "user": _count(1),
+        "range": _count(2), "actuatorfrcrange": _count(2), "user": _count(1, 3),
         "damping": _count(1), "armature": _count(1), "frictionloss": _count(1),
         "stiffness": _count(1), "ref": _count(1), "springref": _count(1),
     },

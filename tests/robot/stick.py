@@ -22,7 +22,7 @@ def servoed_stick(servo, *, dt, inertia):
     return model, mujoco.MjData(model)
 
 
-def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
+def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None, gains=()):
     """Return the bundled quadruped, scaled; its mass is proportional to the cube of its size."""
     text = (files("gaitsim_robot") / "models" / "quadruped.xml").read_text(encoding="utf-8")
     spec = mujoco.MjSpec.from_string(text)
@@ -41,7 +41,7 @@ def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
         if torque is not None:
             joint.actfrcrange = [-torque, torque]
         if speed is not None:
-            joint.userdata = [speed]
+            joint.userdata = [speed, *gains]
         if not limits:
             joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
             joint.userdata = []
@@ -52,10 +52,19 @@ def quadruped_spec(size=1.0, *, limits=True, torque=None, speed=None):
 
 
 def standing_quadruped(
-    servo, *, size=1.0, limits=True, torque=None, speed=None, dt=0.004, friction=0.8, **options
+    servo,
+    *,
+    size=1.0,
+    limits=True,
+    torque=None,
+    speed=None,
+    gains=(),
+    dt=0.004,
+    friction=0.8,
+    **options,
 ):
     """Return the simulation of the quadruped on its ground, and its servos."""
-    spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed)
+    spec = quadruped_spec(size, limits=limits, torque=torque, speed=speed, gains=gains)
     return simulation_of(spec, servo, dt=dt, friction=friction, **options)
 
 

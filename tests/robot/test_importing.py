@@ -186,6 +186,34 @@ def test_only_the_robot_of_an_mjcf_file_is_kept(crab):
     assert all(not conaffinity & ground for _, conaffinity in bits)
 
 
+ACTUATORS = """<actuator>
+<position joint="kp" kp="30"/>
+<position joint="geared" kp="20" kv="0.5" gear="-3" forcerange="-2 2"/>
+<position joint="pair" kp="10"/><velocity joint="pair" kv="0.7"/>
+<motor joint="motor" gear="4" ctrlrange="-1 1"/><velocity name="v" joint="speed" kv="2"/>
+<position name="t" tendon="t" kp="8"/><muscle name="m" joint="speed"
+lengthrange="0 1"/></actuator>
+<tendon><fixed name="t"><joint joint="speed" coef="1"/></fixed></tendon></mujoco>"""
+
+
+def test_the_stiffness_and_damping_of_position_actuators_are_kept(tmp_path):
+    names = ("kp", "geared", "pair", "motor", "speed")
+    arms = "".join(f"<body><joint name='{name}'/><geom size='1'/></body>" for name in names)
+    path = tmp_path / "robot.xml"
+    text = TWO.replace("<body><joint/><geom size='1'/></body>", arms)
+    path.write_text(text.replace("</mujoco>", ACTUATORS))
+    model, repairs, _ = read(path)
+    users = {name: model.jnt_user[model.joint(name).id].tolist() for name in names}
+    # Speed, stiffness and damping at the joint; the gear multiplies angles and torques.
+    assert users["kp"] == [0, 30, 0]
+    assert users["geared"] == pytest.approx([0, 180, 4.5])
+    assert users["pair"] == [0, 10, 0.7]
+    assert users["motor"] == users["speed"] == [0, 0, 0]
+    assert model.jnt_actfrcrange[model.joint("geared").id].tolist() == [-6, 6]
+    assert model.jnt_actfrcrange[model.joint("motor").id].tolist() == [-4, 4]
+    assert "dropped actuators that are not motors or position servos: 'v', 't', 'm'" in repairs
+
+
 def test_a_closed_linkage_is_kept(tmp_path):
     path = tmp_path / "loop.xml"
     path.write_text("""<mujoco><worldbody><body name="a"><freejoint/><geom size="0.1"/>

@@ -7,14 +7,14 @@ import mujoco
 import numpy as np
 import pytest
 from small_robots import QUADRUPED
-from stick import servoed_stick, standing_quadruped
+from stick import quadruped_spec, servoed_stick, simulation_of, standing_quadruped
 
 from gaitsim.legged import SERVOS
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.loading import describe_robot
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import delayed_commands
-from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos
+from gaitsim_robot.servos import DAMPING_TIME, FROM_FILE, NARROW, STABLE, ServoName, joint_servos
 
 EVERY = [*SERVOS.values()]
 
@@ -121,6 +121,44 @@ def test_servos_never_exceed_their_torque_at_a_given_speed(name):
 def test_servos_have_the_limits_of_the_robot_s_text():
     _, servos = standing_quadruped("model")
     assert {(servo.stall_torque, servo.no_load_speed) for servo in servos.values()} == {(1.9, 5.45)}
+
+
+@pytest.mark.parametrize(
+    ("gains", "passive", "damping"),
+    [
+        ((40.0, 0.9), 0.0, 0.9),
+        ((40.0, 0.9), 0.5, 0.9),
+        ((40.0,), 0.5, 0.0),  # the joint's own damping suffices
+        ((40.0,), 0.0, DAMPING_TIME * 40),
+        ((40.0, 0.01), 0.0, STABLE * 40),
+    ],
+)
+def test_servos_have_the_stiffness_and_damping_of_the_robot_s_text(gains, passive, damping):
+    spec = quadruped_spec(speed=6.0, gains=gains)
+    for joint in spec.joints:
+        joint.damping = [passive, 0, 0]
+    _, servos = simulation_of(spec.copy(), "model")
+    for servo in servos.values():
+        assert (servo.stiffness, servo.damping) == (40.0, pytest.approx(damping))
+        assert servo.stall_torque == 1.9
+        assert "stiffness 40 N m/rad" in servo.source
+    _, servos = simulation_of(spec, "model", stiffness=9.0)
+    assert {servo.stiffness for servo in servos.values()} == {9.0}
+    assert not any("stiffness" in servo.source for servo in servos.values())
+
+
+@pytest.mark.parametrize("inertia", [1e-6, 0.01])
+@pytest.mark.parametrize("dt", [0.004, 0.01])
+def test_the_stiffest_servos_of_a_file_are_stable(dt, inertia):
+    _, servos = standing_quadruped("model", speed=6.0, gains=(1e6, 1e-6))
+    servo = next(iter(servos.values()))
+    assert servo.stiffness == pytest.approx(servo.stall_torque / NARROW)
+    assert "stiffness reduced: the file's 1e+06 N m/rad is a placeholder" in servo.source
+    model, data = servoed_stick(servo, dt=dt, inertia=inertia)
+    data.ctrl[:] = 0.5
+    mujoco.mj_step(model, data, round(4 / dt))
+    np.testing.assert_allclose(data.qpos, 0.5, atol=1e-6)
+    np.testing.assert_allclose(data.qvel, 0, atol=1e-6)
 
 
 def test_options_replace_the_values_of_a_servo():

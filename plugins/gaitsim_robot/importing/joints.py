@@ -154,6 +154,8 @@ def _assume_limits(robot: RobotTree) -> None:
             joint.torque = 0.0
         if joint.speed > LARGEST:
             joint.speed = 0.0
+        joint.servo_stiffness = min(joint.servo_stiffness, LARGEST)
+        joint.servo_damping = min(joint.servo_damping, LARGEST)
         if joint.range is None:
             missing.append(joint.name)
             joint.range = (joint.reference - ASSUMED, joint.reference + ASSUMED)

@@ -38,9 +38,17 @@ _CHECKED = {
     "key": ("qpos",),
     "site": ("pos", "quat"),
     "eq": ("data",),
+    "actuator": ("gear", "gainprm", "biasprm"),
 }
 # A huge range means no limit.
-_LARGEST = {"jnt_range": np.inf, "eq_data": np.inf, "body_inertia": LARGEST_INERTIA}
+_LARGEST = {
+    "jnt_range": np.inf,
+    "eq_data": np.inf,
+    "body_inertia": LARGEST_INERTIA,
+    "actuator_gear": np.inf,
+    "actuator_gainprm": np.inf,
+    "actuator_biasprm": np.inf,
+}
 _STANDING_NAMES = ("stand", "home")
 
 
@@ -133,7 +141,10 @@ class _Reader:
         self._where = where
         self._repairs = repairs
         self._bodies: dict[int, Body] = {}
-        self._torques = _torques(model)
+        self._actuators, dropped = _actuators(model)
+        if dropped:
+            names = format_names([self._name("ACTUATOR", index) for index in dropped])
+            repairs.append(f"dropped actuators that are not motors or position servos: {names}")
 
     def robot(self) -> RobotTree:
         model = self._model
@@ -207,7 +218,7 @@ class _Reader:
         model = self._model
         dof, angle = model.jnt_dofadr[index], model.jnt_qposadr[index]
         limits = tuple(map(float, model.jnt_range[index])) if model.jnt_limited[index] else None
-        torque = self._torques.get(index, 0.0)
+        torque, stiffness, damping = self._actuators.get(index, (0.0, 0.0, 0.0))
         if model.jnt_actfrclimited[index]:
             own = float(np.abs(model.jnt_actfrcrange[index]).max())
             torque = min(torque, own) if torque else own
@@ -225,6 +236,8 @@ class _Reader:
             float(model.jnt_stiffness[index]),
             float(model.qpos0[angle]),
             float(model.qpos_spring[angle]),
+            stiffness,
+            damping,
         )
 
     def _equalities(self, robot: RobotTree) -> None:
@@ -301,28 +314,55 @@ class _Reader:
         return Place(data.xpos[root].copy(), data.xmat[root].reshape(3, 3).copy()), angles
 
 
-def _torques(model: Any) -> dict[int, float]:
-    """Return the largest torque of each joint's actuators, N·m."""
+def _actuators(model: Any) -> tuple[dict[int, tuple[float, float, float]], list[int]]:
+    """Return what the actuators of joints do, and the actuators that gaitsim cannot represent.
+
+    The force of a position actuator is `kp · (control − angle) − kv · speed`. A joint may have a
+    velocity actuator in addition, whose gain is then a part of `kv`.
+
+    Returns:
+        The largest torque, N·m, stiffness, N·m/rad, and damping, N·m·s/rad, of each joint's
+        actuators, 0 if there is none; and the indices of dropped actuators.
+    """
     import mujoco
 
-    found: dict[int, float] = {}
+    found: dict[int, tuple[float, float, float]] = {}
+    velocity: list[tuple[int, int]] = []
+    dropped: list[int] = []
     for actuator in range(model.nu):
-        if model.actuator_trntype[actuator] != mujoco.mjtTrn.mjTRN_JOINT:
+        bias = int(model.actuator_biastype[actuator])
+        joint = int(model.actuator_trnid[actuator, 0])
+        if (
+            model.actuator_trntype[actuator] not in _ON_JOINTS
+            or model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED
+            or bias not in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
+        ):
+            dropped.append(actuator)
             continue
         gear = abs(float(model.actuator_gear[actuator, 0]))
+        stiffness, damping = (-gear * gear * model.actuator_biasprm[actuator, 1:3]).tolist()
         force = 0.0
         if model.actuator_forcelimited[actuator]:
             force = float(np.abs(model.actuator_forcerange[actuator]).max())
-        elif (
-            model.actuator_ctrllimited[actuator]
-            and model.actuator_gaintype[actuator] == mujoco.mjtGain.mjGAIN_FIXED
-            and model.actuator_biastype[actuator] == mujoco.mjtBias.mjBIAS_NONE
-        ):
+        elif model.actuator_ctrllimited[actuator] and bias == mujoco.mjtBias.mjBIAS_NONE:
             command = float(np.abs(model.actuator_ctrlrange[actuator]).max())
             force = command * abs(float(model.actuator_gainprm[actuator, 0]))
-        joint = int(model.actuator_trnid[actuator, 0])
-        found[joint] = max(found.get(joint, 0.0), force * gear)
-    return found
+        before = found.get(joint, (0.0, 0.0, 0.0))
+        found[joint] = (
+            max(before[0], force * gear),
+            max(before[1], stiffness),
+            before[2] + max(damping, 0.0),
+        )
+        if bias == mujoco.mjtBias.mjBIAS_AFFINE and not stiffness > 0:
+            velocity.append((actuator, joint))
+    for actuator, joint in velocity:
+        if not found[joint][1]:
+            found[joint] = found[joint][0], 0.0, 0.0
+            dropped.append(actuator)
+    return found, sorted(dropped)
+
+
+_ON_JOINTS = (0, 1)  # mjTRN_JOINT and mjTRN_JOINTINPARENT
 
 
 def matrix(quaternion: Floats) -> Floats:

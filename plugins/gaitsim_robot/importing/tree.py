@@ -70,6 +70,8 @@ class TreeJoint:
         torque: largest torque, N·m; 0 if unknown.
         speed: largest speed, rad/s; 0 if unknown.
         damping, armature, friction, stiffness, reference, spring_reference: MuJoCo's attributes.
+        servo_stiffness, servo_damping: torque per position error, N·m/rad, and per speed,
+            N·m·s/rad, of its position servo; 0 if unknown.
     """
 
     name: str
@@ -85,6 +87,8 @@ class TreeJoint:
     stiffness: float = 0.0
     reference: float = 0.0
     spring_reference: float = 0.0
+    servo_stiffness: float = 0.0
+    servo_damping: float = 0.0
 
 
 @dataclass(eq=False)
@@ -348,8 +352,10 @@ def _joint(joint: TreeJoint) -> dict[str, str]:
         found["range"] = _numbers(joint.range)
     if joint.torque > 0:
         found["actuatorfrcrange"] = _numbers((-joint.torque, joint.torque))
+    servo = joint.speed, joint.servo_stiffness, joint.servo_damping
+    if any(servo):
+        found["user"] = _numbers(servo[: 3 if any(servo[1:]) else 1])
     for key, value in (
-        ("user", joint.speed),
         ("damping", joint.damping),
         ("armature", joint.armature),
         ("frictionloss", joint.friction),
