@@ -31,6 +31,7 @@ from gaitsim_robot.standing import Stand
 
 LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb's depth
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
+LEGS = 50  # a standing pose of so many legs takes seconds to find
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
 SHORT = (
@@ -219,10 +220,17 @@ class Finder:
         ]
         legs = _with_counterparts(legs)
         if len(legs) < 2 or _are_arms(legs, centre[2]):
-            names = ", ".join(self.model.body(limb.foot).name for limb in limbs)
+            names = ", ".join(self.model.body(limb.foot).name for limb in limbs[:8])
+            names += f" and {len(limbs) - 8} more" if len(limbs) > 8 else ""
             raise GaitsimError(
                 "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk",
+                remedy="name the links at the ends of the legs in 'organism.feet'",
+            )
+        if len(legs) > LEGS:
+            raise GaitsimError(
+                f"the robot has {len(legs)} legs",
+                allowed=f"at most {LEGS}",
                 remedy="name the links at the ends of the legs in 'organism.feet'",
             )
         return legs

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import PurePosixPath
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
@@ -78,7 +78,7 @@ def _words(values: Floats) -> str:
 _DROPPED = {
     "texture": "", "material": "", "layer": "", "skin": "", "sensor": "", "visual": "",
     "size": "", "statistic": "", "custom": "", "hfield": "height fields", "extension": "plugins",
-    "plugin": "plugins", "flex": "soft bodies", "flexcomp": "soft bodies",
+    "lengthrange": "", "plugin": "plugins", "flex": "soft bodies", "flexcomp": "soft bodies",
     "deformable": "soft bodies", "composite": "composites",
 }  # fmt: skip
 
@@ -203,6 +203,8 @@ def _drop_unsupported(root: Element, where: str, repairs: list[str]) -> None:
     _remove(root, lambda element: element.tag in _DROPPED)
     _remove(root, lambda one: one.tag == "geom" and (one.get("type") in ("hfield", "sdf")))
     repairs += [f"dropped {noun}" for noun in sorted(lost)]
+    # MuJoCo simulates muscles to find the ranges of their lengths, for as long as the file says.
+    SubElement(SubElement(root, "compiler"), "lengthrange", mode="none")
 
 
 def _remove(root: Element, unwanted: Callable[[Element], bool]) -> None:

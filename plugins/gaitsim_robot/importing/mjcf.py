@@ -144,7 +144,9 @@ class _Reader:
         self._actuators, dropped = _actuators(model)
         if dropped:
             names = format_names([self._name("ACTUATOR", index) for index in dropped])
-            repairs.append(f"dropped actuators that are not motors or position servos: {names}")
+            repairs.append(
+                f"dropped actuators other than motors and position servos of joints: {names}"
+            )
 
     def robot(self) -> RobotTree:
         model = self._model
