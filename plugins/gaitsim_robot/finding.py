@@ -33,6 +33,7 @@ LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb'
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
 LEGS = 50  # a standing pose of so many legs takes seconds to find
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
+STIFF = math.radians(6.3)  # rad; one turn in radians, read as degrees, as MJCF does by default
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
 SHORT = (
     0.5  # share of the distance between front and rear hips; a shorter trunk is only a part of it
@@ -225,7 +226,7 @@ class Finder:
             raise GaitsimError(
                 "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk",
-                remedy="name the links at the ends of the legs in 'organism.feet'",
+                remedy=self._remedy(),
             )
         if len(legs) > LEGS:
             raise GaitsimError(
@@ -234,6 +235,16 @@ class Finder:
                 remedy="name the links at the ends of the legs in 'organism.feet'",
             )
         return legs
+
+    def _remedy(self) -> str:
+        """Return what to do if no legs are found."""
+        widest = float(np.abs(self.model.jnt_range[1:]).max())
+        if widest <= STIFF:
+            return (
+                f"all joints are within ±{math.degrees(widest):.3g}°; if these limits are radians, "
+                'write <compiler angle="radian"/> in the MJCF file'
+            )
+        return "name the links at the ends of the legs in 'organism.feet'"
 
     def _stand(self, stand: Stand, rest: Floats) -> tuple[Floats, tuple[str, ...]]:
         """Return the standing pose, and a note if it is not the keyframe of the file."""

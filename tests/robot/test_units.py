@@ -156,6 +156,14 @@ def test_limits_in_degrees_are_warned_of(write):
     assert read(write())[2] == ""
 
 
+def test_limits_in_radians_that_are_read_as_degrees_are_named(tmp_path):
+    path = tmp_path / "dog.xml"
+    path.write_text(QUADRUPED.replace('<compiler angle="radian"/>', ""))
+    with pytest.raises(GaitsimError, match="no legs") as caught:
+        load_experiment(str(path))
+    assert "all joints are within ±3°; if these limits are radians" in str(caught.value)
+
+
 def test_single_joints_that_turn_often_are_not_degrees(tmp_path):
     path = tmp_path / "dog.xml"
     path.write_text(QUADRUPED.replace('range="-3 3"', 'range="-12.6 12.6"'))
