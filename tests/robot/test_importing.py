@@ -15,7 +15,7 @@ from gaitsim_robot import child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.importing.convert import convert
-from gaitsim_robot.importing.meshes import MeshError, decode, hull
+from gaitsim_robot.importing.meshes import MeshError, count_vertices, decode, hull
 
 FIXTURES = Path(__file__).parents[1] / "fixtures" / "robots"
 DOG = FIXTURES / "dog_description" / "urdf" / "dog.urdf"
@@ -450,6 +450,18 @@ def test_a_copied_package_is_found_by_its_name_or_its_layout(tmp_path):
     assert "--root" in repairs
 
 
+@pytest.mark.parametrize("folder", ["mine", "urdf"])
+def test_a_robot_in_the_home_folder_cannot_read_all_files_there(tmp_path, monkeypatch, folder):
+    write_obj(tmp_path / "secret.obj")
+    path = mesh_robot(tmp_path / folder, "../secret.obj")
+    write_package(tmp_path, "home")
+    assert "meshes not used" not in read(path)[1]
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.setenv("USERPROFILE", str(tmp_path))
+    with pytest.raises(RobotError, match="outside its folder"):
+        read(path)
+
+
 def test_a_package_does_not_reach_files_through_links(tmp_path):
     write_obj(tmp_path / "secret.obj")
     write_package(tmp_path / "mine", "mine")
@@ -597,6 +609,13 @@ def test_meshes_with_too_many_vertices_are_refused_before_mujoco_reads_them(tmp_
         (tmp_path / "robot.urdf").write_text(text)
         with pytest.raises(RobotError, match="1,200,012 vertices"):
             read(tmp_path / "robot.urdf")
+
+
+@pytest.mark.parametrize("line", ["v 0 0 0", "v x y z", " \tv 1 2"])
+@pytest.mark.parametrize("end", ["\n", "\r", "\n\n"])
+def test_vertices_of_an_obj_file_are_counted_as_mujoco_does(line, end):
+    data = end.join([*(f"v {x} 0 {x * x}" for x in range(9)), line, line, "f 1 2 3", ""])
+    assert count_vertices(data.encode(), ".obj") == (9 if line == "v 0 0 0" else 11)
 
 
 def test_a_hull_of_many_vertices_is_thinned():

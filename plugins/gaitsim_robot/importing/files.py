@@ -1,5 +1,6 @@
 """Find and read the files to which a robot's file refers, within the folders that it may use."""
 
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
@@ -22,15 +23,19 @@ class RobotFiles:
     After resolving links, a file must be in the base or in one of the roots. The base is the
     nearest folder above the robot's file that is a package: it contains a `package.xml` with a
     name. Otherwise it is the robot's own folder, or the parent of a folder called `urdf`, `robots`,
-    `mjcf` or `xml`. A name `package://NAME/…` may also refer to a file in a package NAME farther
-    above, which allows no other file there.
+    `mjcf` or `xml`. The user's home and the root of the file system are never the base in place of
+    a folder within them. A name `package://NAME/…` may also refer to a file in a package NAME
+    farther above, which allows no other file there.
     """
 
     def __init__(self, model: Path, roots: Sequence[Path]) -> None:
         self.folder = model.parent.resolve()
         self._above = (self.folder, *self.folder.parents)
-        self._packages = {one: name for one in self._above if (name := _package_name(one))}
-        inner = self.folder.name.lower() in _INNER
+        # A stray package.xml or folder `urdf` must not allow all files of the user or the computer.
+        wide = {Path(self.folder.anchor), Path(os.path.expanduser("~")).resolve()}  # noqa: PTH111
+        above = [one for one in self._above if one not in wide]
+        self._packages = {one: name for one in above if (name := _package_name(one))}
+        inner = self.folder.name.lower() in _INNER and self.folder.parent in above
         self._base = next(iter(self._packages), self.folder.parent if inner else self.folder)
         self._roots = {root.resolve(): _package_name(root) for root in roots}
         self._left = ALL_BYTES

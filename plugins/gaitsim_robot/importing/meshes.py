@@ -62,14 +62,17 @@ def check_vertices(count: int, where: str, most: int = LARGEST) -> None:
 
 def count_vertices(data: bytes, suffix: str) -> int:
     """Return the number of vertices of a mesh file; 0 if MuJoCo cannot read it, either."""
+    # Lines that are not numbers count, too, as MuJoCo replaces the numbers by 0.
+    lines = len(re.findall(_VERTEX, data)) if suffix == ".obj" else 0
     try:
         if suffix == ".msh":
             count = int.from_bytes(data[:4], "little")
-            found = np.frombuffer(data, "<f4", 3 * count, 16).reshape(-1, 3).astype(np.float64)
-            return len(_distinct(found))
-        return len(_distinct(_READERS[suffix](data)))
+            points = np.frombuffer(data, "<f4", 3 * count, 16).reshape(-1, 3).astype(np.float64)
+        else:
+            points = _READERS[suffix](data)
     except (ValueError, KeyError, RobotError):
-        return 0
+        return lines
+    return len(_distinct(points)) + max(lines - len(points), 0)
 
 
 def _distinct(points: Floats) -> Floats:
@@ -88,8 +91,11 @@ def _stl(data: bytes) -> Floats:
     return np.array(found, "S32").astype(np.float64).reshape(-1, 3)
 
 
+_VERTEX = rb"(?:\A|[\r\n])[ \t]*v[ \t]+"  # the beginning of a line with a vertex in an OBJ file
+
+
 def _obj(data: bytes) -> Floats:
-    found = re.findall(rb"^v[ \t]+(\S+)[ \t]+(\S+)[ \t]+(\S+)", data, re.MULTILINE)
+    found = re.findall(_VERTEX + rb"(\S+)[ \t]+(\S+)[ \t]+(\S+)", data)
     return np.array(found, "S32").astype(np.float64).reshape(-1, 3)
 
 
