@@ -1,79 +1,191 @@
-"""Gaits evolved in MuJoCo and played in PyBullet: the share of the distance kept, and speed.
+"""Gaits evolved by the presets, played with other contacts, servos, time steps and engines.
 
-    python benchmarks/engines.py [--folder FOLDER] [--generations 6] [--seconds 5]
+    python benchmarks/engines.py [--folder FOLDER] [--robots NAME …] [--seeds 20] [--first 100]
 
-The benchmark needs PyBullet (`pip install pybullet`). Three robots are bundled; the packages of two
-public robots are downloaded to FOLDER. Each gait is the champion of a short search in MuJoCo with
-seed 0. The two engines play it one after the other on one core; only the engine differs.
+Each gait is the champion of a whole search, one for each seed from `--first` on. Three robots are
+bundled and use their own presets; two public robots use the preset `robot`, unchanged, and their
+packages are downloaded to FOLDER. PyBullet is skipped if it is not installed.
+
+`plain` is MuJoCo without gaitsim: the robot's text, a plane, and position actuators with the
+stiffness, damping, torque limit and armature of the servos. Contacts are as in gaitsim: an elliptic
+cone with `impratio` 10.
 """
 
 import argparse
+import contextlib
+import importlib.util
 import tempfile
 import time
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 from public_robots import URDF, fetch, robots
 
 import gaitsim as gs
-from gaitsim.gait.changed import with_body
 from gaitsim_robot.importing import import_robot
+from gaitsim_robot.organism import Robot
+from gaitsim_robot.simulation import FRAME_RATE, GRIP, TIPPED
 
 BUNDLED = ("quadruped", "hexapod", "spider-physics")
-PUBLIC = ("laikago/laikago_toes_zup.urdf", "solo_description/robots/solo12.urdf")
-KEPT = 0.8
+PUBLIC = {
+    "laikago": "laikago/laikago_toes_zup.urdf",
+    "solo12": "solo_description/robots/solo12.urdf",
+}
+KEPT = 0.75
+WORLDS: tuple[Mapping[str, float], ...] = (
+    {"grip": 1.0},
+    {"friction": 0.4},
+    {"friction": 1.1},
+    {"latency": 0.0},
+    {"latency": 0.03},
+    {"servo_stiffness": 0.7},
+    {"servo_stiffness": 2.0},
+)
+STEP = 0.002  # s, of plain MuJoCo
+
+
+class Walk(NamedTuple):
+    """Forward distance, m, and whether the robot fell."""
+
+    far: float
+    fell: bool
 
 
 def main() -> None:
-    """Print a row for each robot."""
+    """Print a row for each gait, and for each robot the worst and the median of what is kept."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--folder", type=Path)
-    parser.add_argument("--generations", type=int, default=6)
-    parser.add_argument("--seconds", type=float, default=5.0)
+    parser.add_argument("--robots", nargs="*", default=[*BUNDLED, *PUBLIC])
+    parser.add_argument("--seeds", type=int, default=20)
+    parser.add_argument("--first", type=int, default=100)
     arguments = parser.parse_args()
-    print(
-        f"{'robot':16}{'MuJoCo m':>10}{'Bullet m':>10}{'kept':>7}{'falls':>14}"
-        f"{'× real time':>14}{'Bullet':>8}"
-    )
     with tempfile.TemporaryDirectory() as temporary:
-        folder = arguments.folder or Path(temporary)
-        overrides = {"organism.duration": arguments.seconds}
-        kept = [row(name, name, overrides, arguments) for name in BUNDLED]
-        for path, package in robots(fetch(folder), URDF):
-            if any(str(path).endswith(one) for one in PUBLIC):
-                text = import_robot(path, [package]).text
-                changes = {**overrides, "organism.model": text, "organism.symmetry": "trot"}
-                kept.append(row(path.stem, "robot", changes, arguments))
-    print(f"{sum(share >= KEPT for share in kept)} of {len(kept)} keep at least {KEPT:.0%}")
+        for name in arguments.robots:
+            preset, changes = name, {}
+            if name in PUBLIC:
+                text = public_text(arguments.folder or Path(temporary), PUBLIC[name])
+                preset, changes = "robot", {"organism.model": text}
+            found: dict[str, list[tuple[float, bool]]] = {}
+            for seed in range(arguments.first, arguments.first + arguments.seeds):
+                for label, kept, fell in row(name, preset, seed, changes):
+                    found.setdefault(label, []).append((kept, fell))
+            print_summary(name, found)
+
+
+def public_text(folder: Path, wanted: str) -> str:
+    """Return the text of a public robot."""
+    for path, package in robots(fetch(folder), URDF):
+        if str(path).endswith(wanted):
+            return import_robot(path, [package]).text
+    raise SystemExit(f"not found: {wanted}")
 
 
 def row(
-    name: str, preset: str, overrides: dict[str, object], arguments: argparse.Namespace
-) -> float:
-    """Evolve a gait in MuJoCo, play it in both engines, and return the share of distance kept."""
-    with gs.evolve(preset, seed=0, set=overrides) as search:
-        for count, _ in enumerate(search, 1):
-            if count == arguments.generations:
-                break
-        genomes = np.asarray(search.champion.genome)[None]
-        experiment = search.experiment
-    far, lasted, speeds = [], [], []
-    for engine in ("mujoco", "bullet"):
-        body = with_body(experiment, {"organism.engine": engine}).organism
-        body.move(genomes)  # compiles the robot
-        start = time.perf_counter()
-        motion = body.move(genomes)
-        speeds.append(float(motion["lasted"][0]) / (time.perf_counter() - start))
-        far.append(float(motion["torso"][0, -1, 0] - motion["torso"][0, 0, 0]))
-        lasted.append(float(motion["lasted"][0]))
-    falls = [f"{last:.1f} s" if last < arguments.seconds else "none" for last in lasted]
+    name: str, preset: str, seed: int, changes: dict[str, Any]
+) -> Iterator[tuple[str, float, bool]]:
+    """Evolve a gait, print its row, and yield what it keeps in each simulation."""
+    start = time.process_time()
+    with gs.evolve(preset, seed=seed, set=changes) as search:
+        for _ in search:
+            pass
+        assert search.champion is not None
+        genome = np.asarray(search.champion.genome)[None]
+        body = search.experiment.organism
+    assert isinstance(body, Robot)
+    seconds = time.process_time() - start
+    own = walk(body, genome)
+    yield "own", 1.0, own.fell
+    cells = []
+    for label, simulate in simulations(body).items():
+        other = simulate(genome)
+        kept = other.far / own.far
+        cells.append(f"{label} {kept:.0%}{' falls' * other.fell}")
+        yield label, kept, other.fell
+    fallen = " falls" * own.fell
     print(
-        f"{name[:15]:16}{far[0]:10.2f}{far[1]:10.2f}{far[1] / far[0]:7.0%}{'/'.join(falls):>14}"
-        f"{speeds[0]:14.0f}{speeds[1]:8.1f}",
-        flush=True,
+        f"{name} {seed}: {seconds:.0f} s, {own.far:.2f} m{fallen}; {', '.join(cells)}", flush=True
     )
-    return far[1] / far[0]
+
+
+def simulations(body: Robot) -> dict[str, Callable[[Any], Walk]]:
+    """Return functions that walk a genome in other simulations, by name."""
+    changes: dict[str, dict[str, Any]] = {
+        " ".join(f"{key} {value:g}" for key, value in world.items()): {"world": world}
+        for world in WORLDS
+    }
+    changes["half step"] = {"dt": body.dt / 2}
+    if importlib.util.find_spec("pybullet"):
+        changes["bullet"] = {"engine": "bullet"}
+    found: dict[str, Callable[[Any], Walk]] = {
+        label: lambda genome, change=change: walk(body.model_copy(update=change), genome)  # type: ignore[misc]
+        for label, change in changes.items()
+    }
+    return {**found, "plain": lambda genome: walk_plainly(body, genome)}
+
+
+def walk(body: Robot, genome: Any) -> Walk:
+    """Walk in one of gaitsim's simulations."""
+    motion = body.move(genome)
+    far = motion["torso"][0, -1, 0] - motion["torso"][0, 0, 0]
+    return Walk(float(far), bool(motion["lasted"][0] < body.duration - 1e-6))
+
+
+def walk_plainly(body: Robot, genome: Any) -> Walk:
+    """Walk in plain MuJoCo, after standing for a second."""
+    import mujoco
+
+    commands, anatomy = body.move(genome)["joint_angles"][0], body.anatomy
+    servos, rest = body.simulation.servos, body.simulation.rest
+    spec = mujoco.MjSpec.from_string(body.text)
+    option = spec.option
+    option.timestep, option.impratio = STEP, GRIP
+    option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
+    option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+    for geom in spec.geoms:
+        geom.friction[0] = body.friction
+    floor = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 1])
+    floor.friction[0] = body.friction
+    for name, servo in servos.items():
+        joint = spec.joint(name)
+        joint.actfrclimited, joint.armature = 0, max(joint.armature, servo.armature)
+        actuator = spec.add_actuator(
+            name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, forcelimited=True
+        )
+        actuator.forcerange = [-servo.stall_torque, servo.stall_torque]
+        actuator.biastype = mujoco.mjtBias.mjBIAS_AFFINE
+        actuator.gainprm[0] = servo.stiffness
+        actuator.biasprm[1:3] = -servo.stiffness, -servo.damping
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    data.qpos[:], data.ctrl[:] = anatomy.stance, rest
+    mujoco.mj_step(model, data, round(1 / STEP))
+    place, height = data.qpos[0], data.qpos[2]
+    legs = [model.actuator(name).id for name in anatomy.joints]
+    upright = data.xmat[1, 6:].copy()
+    for angles in commands[:-1]:
+        data.ctrl[legs] = angles
+        mujoco.mj_step(model, data, round(1 / (FRAME_RATE * STEP)))
+        if data.xmat[1, 6:] @ upright < TIPPED or data.qpos[2] < height / 2:
+            return Walk(float(data.qpos[0] - place), True)
+    return Walk(float(data.qpos[0] - place), False)
+
+
+def print_summary(name: str, found: Mapping[str, list[tuple[float, bool]]]) -> None:
+    """Print what the gaits of a robot keep in each simulation."""
+    print(f"\n{name:20}{'worst':>8}{'median':>8}{'falls':>7}{f'≥ {KEPT:.0%}, no fall':>18}")
+    for label, walks in found.items():
+        kept = np.array([share for share, _ in walks])
+        fell = np.array([fallen for _, fallen in walks])
+        held = int(((kept >= KEPT) & ~fell).sum())
+        print(
+            f"{label:20}{kept.min():8.0%}{np.median(kept):8.0%}{fell.sum():7}"
+            f"{f'{held} of {len(walks)}':>18}"
+        )
+    print(flush=True)
 
 
 if __name__ == "__main__":
-    main()
+    with contextlib.suppress(KeyboardInterrupt):
+        main()
