@@ -82,10 +82,10 @@ def evaluate_champion(
     """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
 
     Returns:
-        None if the run draws no worlds, or after a notice of why there is no result.
+        None if the run neither draws worlds nor names ranges, or after a notice of why there is no result.
     """
     worlds = champion.experiment.worlds
-    if not worlds.number:
+    if not (worlds.number or worlds.ranges):
         return None
     evaluated = int(run.history["evaluations"][-1]) * worlds.count
     number = min(AT_END, max(FEWEST_AT_END, evaluated // 10))
