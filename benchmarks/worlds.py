@@ -10,8 +10,9 @@ the servos 70 to 100 %, slope ±3°. The budget of a search is the number of sim
 times worlds.
 
 The default of one seed, two generations and ten worlds only demonstrates the table. `--full` uses
-the presets' generations, seeds 11, 12 and 13 unless others are given, and 100 worlds, and takes about an hour of processor
-time. FOLDER keeps the runs; runs that exist in it are tested without evolving them.
+the presets' generations, seeds 11, 12 and 13 unless others are given, and 100 worlds, and takes
+about an hour of processor time. FOLDER keeps the runs; runs that exist in it are tested without
+evolving them.
 """
 
 import argparse

@@ -82,7 +82,8 @@ def evaluate_champion(
     """Evaluate the champion of a run over worlds in unseen worlds; Ctrl-C skips this.
 
     Returns:
-        None if the run neither draws worlds nor names ranges, or after a notice of why there is no result.
+        None if the run neither draws worlds nor names ranges, or after a notice of why there is
+        no result.
     """
     worlds = champion.experiment.worlds
     if not (worlds.number or worlds.ranges):

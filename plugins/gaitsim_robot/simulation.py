@@ -23,7 +23,12 @@ HIGHEST = 0.2  # m, height of the highest possible bump
 SPACING = 0.5  # trunk lengths between corners, so that the feet step on different ones
 FASTEST = 4.0  # trunk lengths per second, twice the speed of the bundled robots
 BASE = 0.1  # m, thickness of solid ground below z = 0
-GRIP = 10.0  # ratio of frictional to normal constraint impedance
+GRIP = 10.0
+"""MuJoCo's `impratio`: how much harder friction is than the contact itself.
+
+With 1, MuJoCo's default, standing feet creep, so a gait can live off feet that yield. Models of
+walking robots in MuJoCo Menagerie (Zakka et al. 2022) have elliptic cones and 100. From 10 on,
+distances hardly change, and simulations take longer."""
 
 
 def corners_for(seconds: float) -> int:
