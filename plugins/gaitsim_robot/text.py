@@ -164,6 +164,8 @@ def _check_body(body: Element, trunk: bool) -> None:
     for joint in joints:
         if not joint.get("name") or "range" not in joint.attrib:
             raise _invalid(f"a joint of body {name!r} has no name or no range")
+        if min(map(float, joint.get("user", "0").split())) < 0:
+            raise _invalid(f"a joint of body {name!r} has a servo with negative values")
         for key in ("range", "actuatorfrcrange"):
             lower, upper = map(float, joint.get(key, "-1 1").split())
             if lower >= upper:
