@@ -23,11 +23,13 @@ class Check:
         world: values of conditions by name.
         outcome: outcome in this world.
         kept: result as a share of the nominal result; NaN if the nominal one is ≤ 0.
+        varied: descriptions of the conditions, such as 'friction of the feet on the ground'.
     """
 
     world: World
     outcome: Outcome
     kept: float
+    varied: str = ""
 
     @property
     def name(self) -> str:
@@ -72,17 +74,22 @@ class CheckResults(ReprMixin):
         return min(self.checks, key=lambda one: (not one.outcome.fell, one.kept))
 
     @property
+    def depends_on(self) -> tuple[str, ...]:
+        """The conditions of the failed checks, such as 'friction of the feet on the ground'."""
+        return tuple(dict.fromkeys(one.varied for one in self.failed if one.varied))
+
+    @property
     def summary(self) -> str:
         """Return the results on one line, such as 'Holds: keeps 86 % of 4.40 m in …'."""
         if not self.nominal.result > 0:
             return "Not checked in other worlds, as the gait does not move forward in its own."
+        if self.nominal.fell:
+            return "Does not hold: falls in its own world."
         total, worst = f"{self.nominal.result:.2f} {self.unit}".rstrip(), self.worst
         count = f"{len(self.checks)} checks"
         kept = f"keeps {100 * worst.kept:.0f} % of {total}"
         if self.holds:
             return f"Holds: {kept} in the worst of {count} ({worst.name})."
-        if not self.failed:
-            return f"Does not hold: falls in its own world; {kept} in the worst of {count}."
         falls = " and falls" if worst.outcome.fell else ""
         return f"Does not hold: {kept}{falls} at {worst.name}; fails {len(self.failed)} of {count}."
 
@@ -93,6 +100,7 @@ class CheckResults(ReprMixin):
             "unit": self.unit,
             "nominal": asdict(self.nominal),
             "holds": self.holds,
+            "depends_on": list(self.depends_on),
             "checks": [
                 {
                     "world": dict(one.world),
@@ -137,6 +145,7 @@ def check_gait(
     experiment = individual.experiment
     with plugin_errors(experiment.entries["organism"], "naming its checks"):
         worlds = tuple(experiment.organism.checks())
+        conditions = experiment.organism.conditions()
     if not worlds:
         return None
     alone = replace(experiment, worlds=experiment.worlds.own)
@@ -144,7 +153,12 @@ def check_gait(
     begin(len(worlds))
     outcomes = evaluate_in(individual, alone, worlds, workers, advance)
     checks = tuple(
-        Check(world, one, one.result / nominal.result if nominal.result > 0 else math.nan)
+        Check(
+            world,
+            one,
+            one.result / nominal.result if nominal.result > 0 else math.nan,
+            ", ".join(conditions[name].help for name in world if name in conditions),
+        )
         for world, one in zip(worlds, outcomes, strict=True)
     )
     return CheckResults(*measure_of(individual), nominal, checks)

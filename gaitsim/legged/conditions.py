@@ -20,7 +20,7 @@ CONDITIONS: Mapping[str, Condition] = {
         "", 1.0, 0.7, 2.0, 0.1, 10.0, "scale factor of the servos' torque per error"
     ),
     "grip": Condition(
-        "", 10.0, 1.0, 10.0, 0.1, 100.0, "stiffness of friction relative to that of the contact"
+        "", 10.0, 1.0, 10.0, 0.1, 100.0, "hardness of friction in the model of contacts"
     ),
     "joint_offset": Condition(
         "°", 0.0, 0.0, 2.0, 0.0, 30.0, "standard deviation of each joint's constant error"

@@ -16,7 +16,7 @@ TROT = SHORT.starts()["trot"]
 
 def results(nominal: Outcome, *outcomes: Outcome) -> CheckResults:
     checks = tuple(
-        Check({"friction": 0.4 + number}, one, one.result / nominal.result)
+        Check({"friction": 0.4 + number}, one, one.result / nominal.result, f"friction {number}")
         for number, one in enumerate(outcomes)
     )
     return CheckResults("forward", "m", nominal, checks)
@@ -54,6 +54,7 @@ def test_the_worst_check_is_one_with_a_fall():
     passage = check_results(found)
     assert passage.warning == found.summary
     assert [row[3] for row in passage.rows] == ["", "falls", ""]
+    assert found.depends_on == ("friction 0", "friction 1")
 
 
 @pytest.mark.parametrize("distance", [0.0, -1.0])

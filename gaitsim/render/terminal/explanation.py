@@ -173,13 +173,14 @@ def check_results(found: CheckResults) -> Passage:
         for one in found.checks
     )
     summary = found.summary
+    depends = tuple(f"The gait depends on the {one}." for one in found.depends_on)
     return Passage(
         "Checks",
         warning="" if found.holds else summary,
         columns=("world", measure, "kept", ""),
         rows=rows,
         numbers=(measure, "kept"),
-        notes=(summary,) if found.holds else (),
+        notes=(summary,) if found.holds else depends,
     )
 
 
