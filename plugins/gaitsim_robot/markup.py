@@ -40,14 +40,24 @@ def mistaken_file(data: bytes) -> tuple[str, str] | None:
     return None
 
 
+def check_elements(count: int, depth: int, where: str) -> None:
+    """Check the number and the depth of elements."""
+    if depth > DEPTH or count > ELEMENTS:
+        raise RobotError(
+            "the XML has too many elements",
+            where=where,
+            allowed=f"at most {ELEMENTS:,} elements, nested at most {DEPTH} deep",
+        )
+
+
 def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
     """Return the root element of an XML document.
 
     Args:
-        data: the document. Its encoding is UTF-16 if it begins in that way, even if it declares a
-            different one, as files that Windows PowerShell wrote do.
+        data: the document.
         where: the file, for messages.
-        encoding: encoding instead of the document's own.
+        encoding: encoding instead of the document's own. Without it, `_repaired` changes the data
+            first; with it, the result describes exactly these data, for other parsers to read.
     """
     builder = TreeBuilder()
     depth = count = 0
@@ -56,12 +66,7 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
         nonlocal depth, count
         depth += 1
         count += 1
-        if depth > DEPTH or count > ELEMENTS:
-            raise RobotError(
-                "the XML has too many elements",
-                where=where,
-                allowed=f"at most {ELEMENTS:,} elements, nested at most {DEPTH} deep",
-            )
+        check_elements(count, depth, where)
         builder.start(tag, attributes)
 
     def end(tag: str) -> None:
@@ -79,8 +84,8 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
         )
 
     try:
-        if encoding is None and (found := _encoding(data)):
-            data, encoding = data.decode(found).encode(), "utf-8"
+        if encoding is None:
+            data, encoding = _repaired(data)
         parser = expat.ParserCreate(encoding)
         parser.buffer_text = True
         parser.StartElementHandler = start
@@ -88,7 +93,7 @@ def parse(data: bytes, where: str, encoding: str | None = None) -> Element:
         parser.CharacterDataHandler = builder.data
         parser.StartDoctypeDeclHandler = doctype
         parser.EntityDeclHandler = doctype
-        parser.Parse(_trimmed(data), True)
+        parser.Parse(data, True)
         return builder.close()
     except (expat.ExpatError, LookupError, ValueError) as error:
         kind, remedy = mistaken_file(data) or ("", "")
@@ -111,18 +116,20 @@ _DECLARED = re.compile(
 )
 
 
-def _encoding(data: bytes) -> str:
-    """Return the encoding of a document if expat cannot read it: UTF-16 or a declared one."""
-    if declared := _DECLARED.match(data):
-        return declared[1].decode()
-    return _BEGINNINGS.get(data[:2], "")
+def _repaired(data: bytes) -> tuple[bytes, str | None]:
+    """Return a document that expat can read, and its encoding if it is not the declared one.
 
-
-def _trimmed(data: bytes) -> bytes:
-    """Remove text before the XML declaration and zeros after the end, as found in some files."""
+    A document may be UTF-16 although it declares a different encoding, as Windows PowerShell writes
+    it. Some files have text before the XML declaration, or zeros after the end.
+    """
+    declared = _DECLARED.match(data)
+    if found := declared[1].decode() if declared else _BEGINNINGS.get(data[:2]):
+        data = data.decode(found).encode()
     data = data.rstrip(b"\0")
     at = data.find(b"<?xml", 0, 4096)
-    return data[at:] if at > 0 and b"<" not in data[:at].replace(b"<!--", b"") else data
+    if at > 0 and b"<" not in data[:at].replace(b"<!--", b""):
+        data = data[at:]
+    return data, "utf-8" if found else None
 
 
 def numbers(

@@ -16,6 +16,7 @@ USUAL_DENSITY = 107.0  # kg/m³
 
 LENGTH_UNITS = {1.0: "metres", 0.001: "millimetres", 0.01: "centimetres", 0.0254: "inches"}
 MASS_UNITS = {1.0: "kilograms", 0.001: "grams"}
+TINY = 1e-30  # m and kg; a hostile file may have less, and logarithms need more than 0
 UNUSUAL = 0.5  # decades that a unit other than metres or kilograms must make a robot more usual
 FAR = 2.0  # decades; a robot that no unit makes more usual than this has no likely units
 CLOSE = 0.3  # decades; units that are almost as likely as the most likely ones are named, too
@@ -30,6 +31,7 @@ def unit_warning(length: float, mass: float) -> str:
         length: length of the body, m.
         mass: mass, kg.
     """
+    length, mass = max(length, TINY), max(mass, TINY)
     implausible = (
         _decades_outside(length, LENGTHS)
         + _decades_outside(mass, MASSES)

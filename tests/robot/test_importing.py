@@ -334,6 +334,8 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         (links("", ""), "no mass"),
         (links(inertial(-1)), "negative"),
         (links(inertial("1e400")), "invalid"),
+        (links(*2 * ['<collision><geometry><sphere radius="1e-110"/></geometry></collision>']),
+            "cannot be simulated"),
         (links(inertial("nan")), "invalid"),
         (links().replace("0 1 0", "0 0 0"), "axis"),
         (links(kind="magic"), "unknown type"),
@@ -357,6 +359,8 @@ BILLION = '<!DOCTYPE r [<!ENTITY a "ha"><!ENTITY b "&a;&a;">]><robot name="&b;"/
         ("<mujoco><include file='../secret.xml'/></mujoco>", "outside its folder"),
         ("<mujoco><include file='gone.xml'/></mujoco>", "not found"),
         ("<mujoco><include file='robot.xml'/></mujoco>", "included twice"),
+        (BUILTIN.replace("builtin", "file='robot.xml' a").replace(
+            "<worldbody>", "<Include file='0.xml'/><worldbody>"), "<Include> refers to a file"),
         ("<mujoco><asset><mesh file='/etc/passwd'/></asset></mujoco>", "outside its folder"),
         ("<mujoco><asset><model file='other.xml'/></asset></mujoco>", "attaches a separate model"),
     ],
@@ -383,6 +387,16 @@ def test_files_outside_the_folder_are_refused_unless_allowed(tmp_path):
         with pytest.raises(RobotError, match="outside its folder"):
             read(path)
         assert "missing" not in read(path, [other])[1]
+
+
+def test_includes_within_includes_are_as_shallow_as_one_file(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(TWO.replace("<joint/>", "<joint/><include file='1.xml'/>"))
+    nested = f"<mujoco>{200 * '<frame>'}<include file='2.xml'/>{200 * '</frame>'}</mujoco>"
+    (tmp_path / "1.xml").write_text(nested)
+    (tmp_path / "2.xml").write_text(nested.replace("<include file='2.xml'/>", ""))
+    with pytest.raises(RobotError, match="too many elements"):
+        read(path)
 
 
 def mesh_robot(folder, name):

@@ -22,6 +22,11 @@ TEXT = """<mujoco model="one">
 """
 
 
+# MuJoCo reads the document after the PI, unlike a parser that skips text before the declaration.
+HIDDEN = f"""<!-- <?xml version="1.0"?>{TEXT}<?p -->
+{TEXT.replace(" <worldbody>", "<option/><worldbody>")}<!-- ?><!-- -->"""
+
+
 def test_robots_texts_pass_and_compile():
     assert compile_model(TEXT).nq == 8
     assert compile_model(TEXT) is compile_model(TEXT)
@@ -64,6 +69,7 @@ def test_robots_texts_pass_and_compile():
         (TEXT, f'<?xml version="1.0" encoding="utf-16"?>{TEXT}'.encode("utf-16").decode("latin1")),
         (TEXT, ""),
         (TEXT, "<robot/>"),
+        (TEXT, HIDDEN),
         (TEXT, TEXT + " " * 2**21),
     ],
 )

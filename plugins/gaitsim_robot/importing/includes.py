@@ -10,7 +10,7 @@ from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import MODEL_BYTES, RobotFiles
 from gaitsim_robot.importing.meshes import check_vertices, count_vertices
 from gaitsim_robot.importing.tree import Floats, format_names, swapped_limits
-from gaitsim_robot.markup import ELEMENTS, mistaken_file, numbers, parse
+from gaitsim_robot.markup import check_elements, mistaken_file, numbers, parse
 
 _TURNED = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
 
@@ -87,9 +87,10 @@ def inline_includes(root: Element, files: RobotFiles, where: str) -> None:
     """Replace every <include> with the content of its file."""
     seen: set[str] = set()
     count = 0
-    pending = [root]
+    pending = [(root, 1)]
     while pending:
-        parent = pending.pop()
+        parent, depth = pending.pop()
+        check_elements(count, depth, where)
         inlined: list[Element] = []
         for child in parent:
             if child.tag != "include":
@@ -110,19 +111,13 @@ def inline_includes(root: Element, files: RobotFiles, where: str) -> None:
             seen.add(str(path))
             part = parse(files.read(path, MODEL_BYTES), str(path))
             count += sum(1 for _ in part.iter())
-            if count > ELEMENTS:
-                raise RobotError(
-                    "the included files have too many elements",
-                    where=where,
-                    allowed=f"at most {ELEMENTS:,} elements",
-                )
             # An included file may include others, so its elements are checked, too.
             inlined += part
         if any(child.tag == "include" for child in parent):
             parent[:] = inlined
-            pending.append(parent)
+            pending.append((parent, depth))
         else:
-            pending += inlined
+            pending += [(child, depth + 1) for child in inlined]
 
 
 def resolve_files(
@@ -168,7 +163,8 @@ def resolve_files(
         _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
         _remove(root, lambda element: element.get("mesh") in missing)
     for element in root.iter():
-        if any("file" in key for key in element.attrib) and element.get("file") not in loaded:
+        loads = element.tag == "mesh" and element.get("file") in loaded
+        if any("file" in key for key in element.attrib) and not loads:
             raise RobotError(
                 f"<{element.tag}> refers to a file",
                 where=where,

@@ -131,7 +131,7 @@ class _Reader:
     def _vector(self, element: Element, key: str, where: str) -> Floats:
         words = element.get(key, "").split()
         if len(words) > 3:
-            self._repairs.append(f"ignored numbers after the third: {key}={' '.join(words)!r}")
+            self._repairs.append(f"ignored numbers after the third: {key}={' '.join(words)[:80]!r}")
         return numbers(" ".join(words[:3]), 3, "0 0 0", where)
 
     def _body(self, name: str, link: Element) -> Body:
