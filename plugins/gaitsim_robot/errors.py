@@ -1,7 +1,20 @@
-"""The error for robots that cannot be used."""
+"""The error for robots that cannot be used, and its wording."""
+
+from collections.abc import Sequence
 
 from gaitsim.errors import GaitsimError
 
 
 class RobotError(GaitsimError):
     """A robot's file cannot be read, or the robot cannot be used."""
+
+
+def shorten(texts: Sequence[str], most: int = 4) -> str:
+    """Return the first texts and the number of the others."""
+    more = f" and {len(texts) - most} more" if len(texts) > most else ""
+    return ", ".join(texts[:most]) + more
+
+
+def format_names(names: Sequence[str], most: int = 4) -> str:
+    """Return the first names in quotes, and the number of the others."""
+    return shorten([repr(name) for name in names], most)

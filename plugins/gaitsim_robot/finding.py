@@ -7,15 +7,9 @@ from typing import Any
 import numpy as np
 
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim_robot.anatomy import (
-    Anatomy,
-    Facing,
-    Floats,
-    Leg,
-    Side,
-    name_legs,
-)
+from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg, Side, name_legs
 from gaitsim_robot.chain import pose_data
+from gaitsim_robot.errors import shorten
 from gaitsim_robot.facing import (
     ALIKE,
     HEADINGS,
@@ -35,9 +29,7 @@ LEGS = 50  # a standing pose of so many legs takes seconds to find
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 STIFF = math.radians(6.3)  # rad; one turn in radians, read as degrees, as MJCF does by default
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
-SHORT = (
-    0.5  # share of the distance between front and rear hips; a shorter trunk is only a part of it
-)
+SHORT = 0.5  # share of the distance between front and rear hips; a shorter one is only a part
 _HALF = 0.5**0.5
 TURNS = {
     "": (1.0, 0.0, 0.0, 0.0),
@@ -221,8 +213,7 @@ class Finder:
         ]
         legs = _with_counterparts(legs)
         if len(legs) < 2 or _are_arms(legs, centre[2]):
-            names = ", ".join(self.model.body(limb.foot).name for limb in limbs[:8])
-            names += f" and {len(limbs) - 8} more" if len(limbs) > 8 else ""
+            names = shorten([self.model.body(limb.foot).name for limb in limbs], 8)
             raise GaitsimError(
                 "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk",

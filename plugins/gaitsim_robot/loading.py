@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -17,7 +17,7 @@ from gaitsim.legged import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
 from gaitsim_robot.conditions import apply_world
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, shorten
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos
@@ -279,7 +279,7 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
         "joints": f"{driven} in the legs, moved by gaits",
     }
     if held:
-        names = _join_names(anatomy.held, 8)
+        names = shorten(anatomy.held, 8)
         lines["held"] = f"{held} outside the legs, held in the standing pose: {names}"
     return lines
 
@@ -302,7 +302,7 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
         groups.setdefault(f"{servo.name}: {_limits(servo)}{assumed}", []).append(joint)
     if len(groups) == 1:
         return {"all": next(iter(groups))}
-    return {_join_names(joints, 3): limits for limits, joints in groups.items()}
+    return {shorten(joints, 3): limits for limits, joints in groups.items()}
 
 
 def _standing(simulation: Simulation) -> str:
@@ -341,8 +341,3 @@ def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
             angles.append(f"{angle}° ({low} to {high}°)")
         lines[leg.name] = ", ".join(angles)
     return lines
-
-
-def _join_names(names: Sequence[str], most: int) -> str:
-    more = f" and {len(names) - most} more" if len(names) > most else ""
-    return ", ".join(names[:most]) + more

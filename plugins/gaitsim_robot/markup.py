@@ -20,7 +20,7 @@ LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² inst
 # Files that people mistake for a robot or a mesh: pattern of the beginning, name, remedy.
 _OTHERS = (
     (
-        rb"<!doctype\s+html|<html[\s>]",
+        rb"<!doctype\s+html|<html[\s/>]",
         "a web page",
         "download the file itself: on GitHub, open it and press 'Raw'",
     ),

@@ -15,6 +15,7 @@ from gaitsim_robot import child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.importing.convert import convert
+from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.meshes import MeshError, count_vertices, decode, hull
 
 FIXTURES = Path(__file__).parents[1] / "fixtures" / "robots"
@@ -487,6 +488,16 @@ def test_a_package_does_not_reach_files_through_links(tmp_path):
             read(path)
 
 
+def test_no_name_makes_windows_log_in_to_a_server(tmp_path, monkeypatch):
+    files, opened = RobotFiles(tmp_path / "robot.xml", []), []
+    monkeypatch.setattr(Path, "resolve", lambda path: opened.append(str(path)) or path)
+    server = r"\\server\share"
+    for name in (server, "file:////server/share", "package://dog//server/share", "foot.obj"):
+        assert files.find(name, ("", server)) is None
+    assert len(opened) >= 7
+    assert not any(path.startswith("//") for path in opened)
+
+
 def test_special_and_huge_files_are_refused(tmp_path):
     huge = tmp_path / "huge.urdf"
     with huge.open("wb") as file:
@@ -526,13 +537,13 @@ def test_swapped_limits_are_exchanged_and_named(tmp_path):
     path.write_text(path.read_text().replace('<axis xyz="0 1 0"/>', limits))
     model, repairs, _ = read(path)
     assert model.joint("j").range == pytest.approx([-0.5, 1])
-    assert "swapped limits of joints exchanged: 'j' (1 to -0.5)" in repairs
+    assert "swapped limits of joints exchanged: 'j (1 to -0.5)'" in repairs
     assert "without limits" not in repairs
     path = tmp_path / "robot.xml"
     path.write_text(TWO.replace("<joint/>", "<joint name='k' range='60 -30'/>"))
     model, repairs, _ = read(path)
     assert model.joint("k").range == pytest.approx(np.radians([-30, 60]), rel=1e-5)
-    assert "swapped limits of joints exchanged: 'k' (60 to -30)" in repairs
+    assert "swapped limits of joints exchanged: 'k (60 to -30)'" in repairs
 
 
 LIDAR = """<link name="lidar"><inertial><mass value="0.2"/></inertial><collision><geometry><cylinder
@@ -565,7 +576,7 @@ def test_a_mesh_that_is_a_pointer_or_a_web_page_is_named(tmp_path, suffix):
     robot.write_text(
         TWO.replace("<worldbody>", f"<asset><mesh file='{mesh.name}'/></asset><worldbody>")
     )
-    assert f"foot.{suffix} (a web page" in read(robot)[1]
+    assert f"foot.{suffix} (it is a web page" in read(robot)[1]
 
 
 def test_muscles_are_not_simulated_during_the_import(tmp_path):

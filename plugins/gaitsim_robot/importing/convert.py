@@ -10,8 +10,8 @@ from gaitsim_robot.importing.joints import repair_joints
 from gaitsim_robot.importing.mjcf import read_mjcf
 from gaitsim_robot.importing.solids import repair_masses, repair_origin, repair_shapes, robot_size
 from gaitsim_robot.importing.tree import write
-from gaitsim_robot.importing.urdf import check_expanded, read_urdf
-from gaitsim_robot.markup import parse
+from gaitsim_robot.importing.urdf import read_urdf
+from gaitsim_robot.markup import mistaken_file, parse
 from gaitsim_robot.text import check_text, compile_text
 from gaitsim_robot.units import unit_warning
 
@@ -22,7 +22,6 @@ _OTHERS = {
         "use the URDF from which it was made, or convert it: pip install sdformat-mjcf, then "
         "sdf2mjcf robot.sdf robot.xml",
     ),
-    "html": ("a web page", "download the file itself: on GitHub, open it and press 'Raw'"),
     "package": ("the package.xml of a ROS package", "use the .urdf file of the package"),
     "launch": ("a ROS launch file", "use the .urdf file that it loads"),
     "collada": ("a mesh", "use the .urdf file that refers to it"),
@@ -34,18 +33,19 @@ def convert(
 ) -> dict[str, Any]:
     """Return the name, text, repairs and warnings of the robot in a file."""
     file = Path(path)
-    document = parse(read(file), path)
+    data = read(file)
+    document = parse(data, path)
     files = RobotFiles(file.resolve(), [Path(root) for root in roots])
     if document.tag == "robot":
-        check_expanded(document, path)
         robot = read_urdf(document, files, path)
     elif document.tag == "mujoco":
         robot = read_mjcf(document, files, path, scale)
     else:
         tag = document.tag.rpartition("}")[2].rpartition(":")[2][:40]
-        kind, remedy = _OTHERS.get(tag.lower(), ("", "convert the file to one of these formats"))
+        other = _OTHERS.get(tag.lower()) or mistaken_file(data)
+        kind, remedy = other or (f"a <{tag}>", "convert the file to one of these formats")
         raise RobotError(
-            f"not a robot: the document is {kind or f'a <{tag}>'}",
+            f"not a robot: the document is {kind}",
             where=path,
             allowed="URDF (<robot>) or MJCF (<mujoco>)",
             remedy=remedy,

@@ -9,8 +9,8 @@ import numpy as np
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import MODEL_BYTES, RobotFiles
 from gaitsim_robot.importing.meshes import check_vertices, count_vertices
-from gaitsim_robot.importing.tree import Floats, format_names, swapped_limits
-from gaitsim_robot.markup import check_elements, mistaken_file, numbers, parse
+from gaitsim_robot.importing.tree import SWAPPED, Floats, report
+from gaitsim_robot.markup import check_elements, numbers, parse
 
 _TURNED = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
 
@@ -28,7 +28,7 @@ def modernise(root: Element, where: str, repairs: list[str]) -> None:
         inertial.set("pos", inertial.get("pos", "0 0 0"))
     for body in root.iter("body"):
         body[:] = [one for one in body if one.tag != "joint" or one.get("type") != "fixed"]
-    _exchange_swapped_limits(root, repairs)
+    report(repairs, SWAPPED, _exchange_swapped_limits(root))
     compilers = [one for one in root.iter("compiler") if one.get("coordinate") == "global"]
     bodies = list(root.iter("body"))
     if compilers and not any(_TURNED & set(body.attrib) for body in bodies):
@@ -40,9 +40,9 @@ def modernise(root: Element, where: str, repairs: list[str]) -> None:
         repairs.append("converted global coordinates")
 
 
-def _exchange_swapped_limits(root: Element, repairs: list[str]) -> None:
-    """Put limits of joints in ascending order; MuJoCo takes swapped limits for none."""
-    swapped: dict[str, tuple[float, float]] = {}
+def _exchange_swapped_limits(root: Element) -> list[str]:
+    """Put limits in ascending order, as MuJoCo ignores swapped ones; return their joints."""
+    swapped = []
     for joint in root.iter("joint"):
         try:
             low, high = map(float, joint.get("range", "").split())
@@ -50,9 +50,9 @@ def _exchange_swapped_limits(root: Element, repairs: list[str]) -> None:
             continue
         if low > high:
             name = joint.get("name") or joint.get("class") or "without a name"
-            swapped[name] = low, high
+            swapped.append(f"{name} ({low:.4g} to {high:.4g})")
             joint.set("range", f"{high} {low}")
-    repairs += swapped_limits(swapped)
+    return swapped
 
 
 def _localise(body: Element, outer: Floats, where: str) -> None:
@@ -132,36 +132,29 @@ def resolve_files(
     _drop_unsupported(root, where, repairs)
     strip, folder = _compiler(root)
     loaded: dict[str, bytes] = {}
-    missing: dict[str, str] = {}
-    incomplete: set[str] = set()
+    missing: set[str] = set()
     for mesh in root.iter("mesh"):
         name = mesh.get("file")
         if name is None:
             continue
         short = PurePosixPath(name.replace("\\", "/")).name
-        path = files.find(short if strip else name, (folder, ""))
         mesh.set("name", mesh.get("name") or short.rpartition(".")[0] or short)
-        if path is None:
-            missing[mesh.get("name", "")] = short
+        found = files.load_mesh(short if strip else name, (folder, ""), lambda *read: read)
+        if found is None:
+            missing.add(mesh.get("name", ""))
             continue
-        data = files.read(path)
-        if other := mistaken_file(data):
-            missing[mesh.get("name", "")] = f"{short} ({other[0]}: {other[1]})"
-            continue
-        key = f"{len(loaded)}{path.suffix.lower()}"
-        loaded[key] = data
+        key = f"{len(loaded)}{found[1]}"
+        loaded[key] = found[0]
         mesh.set("file", key)
         mesh.attrib.pop("content_type", None)
-    if missing:
-        repairs.append(f"meshes not found: {format_names(list(missing.values()))}")
-        repairs += files.explain_missing()
-        incomplete = {
-            body.get("name", "")
-            for body in root.iter("body")
-            if any(geom.get("mesh") in missing for geom in body.iterfind("geom"))
-        }
-        _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
-        _remove(root, lambda element: element.get("mesh") in missing)
+    repairs += files.describe_missing()
+    incomplete = {
+        body.get("name", "")
+        for body in root.iter("body")
+        if any(geom.get("mesh") in missing for geom in body.iterfind("geom"))
+    }
+    _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
+    _remove(root, lambda element: element.get("mesh") in missing)
     for element in root.iter():
         loads = element.tag == "mesh" and element.get("file") in loaded
         if any("file" in key for key in element.attrib) and not loads:

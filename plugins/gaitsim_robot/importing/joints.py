@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.tree import Body, Floats, RobotTree, format_names
+from gaitsim_robot.importing.tree import Body, Floats, RobotTree, report
 from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.text import BODIES
 
@@ -20,14 +20,12 @@ def repair_joints(robot: RobotTree) -> None:
     Bodies keep their positions in the initial pose, in which all joints are at zero.
     """
     root = robot.root
-    kinds = {joint.kind for joint in root.joints}
-    if root.joints and kinds != {"free"}:
-        names = format_names([joint.name for joint in root.joints])
-        robot.repairs.append(f"joints between the world and the robot, now free: {names}")
+    if any(joint.kind != "free" for joint in root.joints):
+        names = [joint.name for joint in root.joints]
+        report(robot.repairs, "joints between the world and the robot, now free", names)
     root.joints = []
     fixed = [joint.name for joint in robot.joints if joint.kind != "hinge"]
-    if fixed:
-        robot.repairs.append(f"joints fixed, because they are not hinges: {format_names(fixed)}")
+    report(robot.repairs, "joints fixed, because they are not hinges", fixed)
     for body in root.walk():
         body.joints = [joint for joint in body.joints if joint.kind == "hinge"]
     _fuse(robot)
@@ -166,12 +164,8 @@ def _assume_limits(robot: RobotTree) -> None:
             low = low if abs(low) <= TURN else turn[0]
             high = high if abs(high) <= TURN else turn[1]
             joint.range = (low, high) if low < high else turn
-    if missing:
-        robot.repairs.append(f"joints without limits, ±90° assumed: {format_names(missing)}")
-    if endless:
-        robot.repairs.append(
-            f"joints that turn endlessly, limited to ±180°: {format_names(endless)}"
-        )
+    report(robot.repairs, "joints without limits, ±90° assumed", missing)
+    report(robot.repairs, "joints that turn endlessly, limited to ±180°", endless)
 
 
 def _filter_couplings(robot: RobotTree) -> None:

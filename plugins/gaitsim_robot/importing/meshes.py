@@ -2,15 +2,14 @@
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from pathlib import PurePosixPath
 from xml.etree.ElementTree import Element
 
 import numpy as np
 
 from gaitsim_robot.errors import RobotError
-from gaitsim_robot.importing.files import RobotFiles
+from gaitsim_robot.importing.files import MeshError, RobotFiles
 from gaitsim_robot.importing.tree import Body, Floats, Place, Shape
-from gaitsim_robot.markup import LARGEST as FARTHEST, mistaken_file, parse
+from gaitsim_robot.markup import LARGEST as FARTHEST, parse
 
 VERTICES = 32  # per hull; the median of 171 meshes keeps 95 % of its volume
 FLAT = 0.02  # share of the length; a thinner mesh becomes a box
@@ -22,19 +21,13 @@ CORNERS = 5000  # vertices of an exact hull, above which only the extreme ones a
 _STL = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
-class MeshError(ValueError):
-    """A mesh cannot be decoded, for the reason in the message."""
-
-
 def decode(data: bytes, suffix: str) -> Floats:
     """Return the vertices of a mesh file, (n, 3), in the file's frame and in metres."""
-    reader = _READERS.get(suffix.lower())
+    reader = _READERS.get(suffix)
     if reader is None:
         raise MeshError(
             f"{suffix or 'a file without extension'} is not one of {', '.join(_READERS)}"
         )
-    if other := mistaken_file(data):
-        raise MeshError(f"it is {other[0]}: {other[1]}")
     try:
         vertices = reader(data)
     except (ValueError, KeyError, IndexError, RobotError) as error:
@@ -263,43 +256,29 @@ _Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # a quar
 
 
 class MeshFiles:
-    """Vertices of meshes by their names in a URDF; each file is decoded once.
-
-    Attributes:
-        missing: reasons why meshes cannot be used, by the names of their files.
-    """
+    """Vertices of meshes by their names in a URDF; each file is decoded once."""
 
     def __init__(self, files: RobotFiles, folders: Sequence[str]) -> None:
         self._files = files
         self._folders = folders
         self._decoded: dict[str, Floats | None] = {}
         self._y_up: set[str] = set()
-        self.missing: dict[str, str] = {}
 
     def vertices(self, name: str) -> Floats | None:
-        """Return the vertices, (n, 3) m, or None after recording the reason in `missing`."""
+        """Return the vertices, (n, 3) m, or None if the mesh cannot be used."""
+
+        def read(data: bytes, suffix: str) -> Floats:
+            if suffix == ".dae" and b"Y_UP" in data:
+                self._y_up.add(name)
+            return decode(data, suffix)
+
         if name not in self._decoded:
-            self._decoded[name] = self._read(name)
+            self._decoded[name] = self._files.load_mesh(name, self._folders, read)
         return self._decoded[name]
 
     def is_y_up(self, name: str) -> bool:
         """Return whether a mesh that was read declares that y points up."""
         return name in self._y_up
-
-    def _read(self, name: str) -> Floats | None:
-        path = self._files.find(name, self._folders)
-        short = PurePosixPath(name).name[:60]
-        if path is None:
-            self.missing[short] = "not found"
-            return None
-        data = self._files.read(path)
-        if path.suffix.lower() == ".dae" and b"Y_UP" in data:
-            self._y_up.add(name)
-        try:
-            return decode(data, path.suffix)
-        except MeshError as error:
-            self.missing[short] = str(error)
-            return None
 
 
 def turn_up(shapes: Sequence[tuple[Body, Shape]]) -> bool:

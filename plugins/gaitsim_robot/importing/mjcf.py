@@ -18,7 +18,7 @@ from gaitsim_robot.importing.tree import (
     RobotTree,
     Shape,
     TreeJoint,
-    format_names,
+    report,
 )
 from gaitsim_robot.markup import LARGEST, LARGEST_INERTIA
 from gaitsim_robot.shapes import mesh_vertices
@@ -142,11 +142,8 @@ class _Reader:
         self._repairs = repairs
         self._bodies: dict[int, Body] = {}
         self._actuators, dropped = _actuators(model)
-        if dropped:
-            names = format_names([self._name("ACTUATOR", index) for index in dropped])
-            repairs.append(
-                f"dropped actuators other than motors and position servos of joints: {names}"
-            )
+        names = [self._name("ACTUATOR", index) for index in dropped]
+        report(repairs, "dropped actuators other than motors and position servos of joints", names)
 
     def robot(self) -> RobotTree:
         model = self._model
@@ -163,8 +160,7 @@ class _Reader:
             if body != root:
                 self._bodies[int(model.body_parentid[body])].children.append(self._bodies[body])
         others = [self._name("BODY", one) for one in set(model.body_rootid) - {0, root}]
-        if others:
-            self._repairs.append(f"dropped bodies outside the robot: {format_names(others)}")
+        report(self._repairs, "dropped bodies outside the robot", others)
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
         robot = RobotTree(name, self._bodies[root], repairs=self._repairs)
         if not robot.root.joints:

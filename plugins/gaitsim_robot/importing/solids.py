@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.meshes import VERTICES, box, check_vertices, hull
-from gaitsim_robot.importing.tree import Body, Floats, Place, RobotTree, Shape, format_names
+from gaitsim_robot.importing.tree import Body, Floats, Place, RobotTree, Shape, report
 from gaitsim_robot.shapes import CORNERS
 
 DENSITY = 1000.0  # kg/m³, density of a robot whose file has no masses
@@ -65,13 +65,9 @@ def repair_shapes(robot: RobotTree) -> None:
             f"meshes of the trunk {robot.root.name!r} are missing, so its shape is incomplete; "
             "copy them next to the file, or name their folder with --root"
         )
-    for names, what in (
-        (visible, "visible geometry used for collisions, as there is no other"),
-        (capsules, "without geometry, a capsule assumed"),
-        (flat, "flat meshes replaced by boxes"),
-    ):
-        if names:
-            robot.repairs.append(f"{what}: {format_names(names)}")
+    report(robot.repairs, "visible geometry used for collisions, as there is no other", visible)
+    report(robot.repairs, "without geometry, a capsule assumed", capsules)
+    report(robot.repairs, "flat meshes replaced by boxes", flat)
 
 
 def _check_meshes(robot: RobotTree) -> None:
@@ -204,10 +200,8 @@ def repair_masses(robot: RobotTree) -> None:
         _, body.centre = _volume(body)
         body.inertia = np.zeros((3, 3))
     if light:
-        robot.repairs.append(
-            f"links without mass, {light[0].mass:.2g} kg each assumed: "
-            f"{format_names([body.name for body in light])}"
-        )
+        what = f"links without mass, {light[0].mass:.2g} kg each assumed"
+        report(robot.repairs, what, [body.name for body in light])
     length = robot_size(robot)
     changed: list[str] = []
     balanced: list[str] = []
@@ -224,14 +218,8 @@ def repair_masses(robot: RobotTree) -> None:
         # Leave a margin, as rounding in the text could make a borderline inertia impossible.
         values[:2] += max(0.0, (1.001 * values[2] - values[0] - values[1]) / 2)
         body.inertia = axes @ np.diag(values) @ axes.T
-    if changed:
-        robot.repairs.append(
-            f"inertias replaced by those of uniform solids: {format_names(changed)}"
-        )
-    if balanced:
-        robot.repairs.append(
-            f"impossible inertias replaced by their mean: {format_names(balanced)}"
-        )
+    report(robot.repairs, "inertias replaced by those of uniform solids", changed)
+    report(robot.repairs, "impossible inertias replaced by their mean", balanced)
 
 
 def _plausible(body: Body, size: float) -> bool:

@@ -8,7 +8,10 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim_robot.errors import format_names
+
 Floats = NDArray[np.float64]
+SWAPPED = "swapped limits of joints exchanged"
 
 
 @dataclass(eq=False)
@@ -214,20 +217,10 @@ class RobotTree:
         return [joint for body in self.root.walk() for joint in body.joints]
 
 
-def swapped_limits(swapped: dict[str, tuple[float, float]]) -> list[str]:
-    """Return the repair of limits that were exchanged, given those in the file by joint."""
-    if not swapped:
-        return []
-    shown = [f"{name!r} ({low:.4g} to {high:.4g})" for name, (low, high) in swapped.items()]
-    more = f" and {len(shown) - 4} more" if len(shown) > 4 else ""
-    return [f"swapped limits of joints exchanged: {', '.join(shown[:4])}{more}"]
-
-
-def format_names(names: Sequence[str], limit: int = 4) -> str:
-    """Return a text with the first names and the number of the others."""
-    more = len(names) - limit
-    shown = ", ".join(repr(name) for name in names[:limit])
-    return f"{shown} and {more} more" if more > 0 else shown
+def report(repairs: list[str], what: str, names: Sequence[str]) -> None:
+    """Add a repair with the names that it applies to, if any."""
+    if names:
+        repairs.append(f"{what}: {format_names(names)}")
 
 
 def write(robot: RobotTree) -> str:

@@ -4,10 +4,11 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, format_names
 from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.meshes import MeshFiles, turn_up
 from gaitsim_robot.importing.tree import (
+    SWAPPED,
     Body,
     Coupling,
     Floats,
@@ -15,8 +16,7 @@ from gaitsim_robot.importing.tree import (
     RobotTree,
     Shape,
     TreeJoint,
-    format_names,
-    swapped_limits,
+    report,
 )
 from gaitsim_robot.markup import EXPAND, LARGEST_INERTIA, number, numbers
 
@@ -29,11 +29,11 @@ _KINDS = {
 
 def read_urdf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     """Return the robot of a URDF document."""
-    reader = _Reader(root, files, where)
-    return reader.robot()
+    _check_expanded(root, where)
+    return _Reader(root, files, where).robot()
 
 
-def check_expanded(root: Element, where: str) -> None:
+def _check_expanded(root: Element, where: str) -> None:
     """Check that a document is URDF rather than a xacro file, which contains macros."""
     for element in root.iter():
         macro = element.tag.startswith("xacro:")
@@ -53,7 +53,7 @@ class _Reader:
         self._files = files
         self._where = where
         self._repairs: list[str] = []
-        self._swapped: dict[str, tuple[float, float]] = {}
+        self._swapped: list[str] = []
         self._y_up: list[tuple[Body, Shape]] = []
         compiler = root.find("mujoco/compiler")
         meshes = "" if compiler is None else compiler.get("meshdir", "")
@@ -66,7 +66,6 @@ class _Reader:
                 "the URDF has no links",
                 where=self._where,
                 allowed="at least two <link>",
-                remedy=EXPAND,
             )
         bodies = {name: self._body(name, link) for name, link in links.items()}
         if turn_up(self._y_up):
@@ -75,14 +74,10 @@ class _Reader:
         couplings: list[Coupling] = []
         for element in self._root.iterfind("joint"):
             self._attach(element, bodies, parents, couplings)
-        self._repairs += swapped_limits(self._swapped)
+        report(self._repairs, SWAPPED, self._swapped)
         root = self._topmost(bodies, parents)
-        robot = RobotTree(self._root.get("name", ""), root, couplings, repairs=self._repairs)
-        if self._meshes.missing:
-            reasons = {f"{name} ({reason})" for name, reason in self._meshes.missing.items()}
-            robot.repairs.append(f"meshes not used: {', '.join(sorted(reasons))}")
-            robot.repairs += self._files.explain_missing()
-        return robot
+        self._repairs += self._files.describe_missing()
+        return RobotTree(self._root.get("name", ""), root, couplings, repairs=self._repairs)
 
     def _topmost(self, bodies: dict[str, Body], parents: dict[str, str]) -> Body:
         tops = [bodies[name] for name in bodies if name not in parents]
@@ -93,10 +88,8 @@ class _Reader:
                 allowed="a tree of links with one root",
             )
         root = max(tops, key=lambda top: sum(1 for _ in top.walk()))
-        if others := [top.name for top in tops if top is not root]:
-            self._repairs.append(
-                f"dropped links that are not part of the robot: {format_names(others)}"
-            )
+        others = [top.name for top in tops if top is not root]
+        report(self._repairs, "dropped links that are not part of the robot", others)
         return self._floating_root(root)
 
     def _floating_root(self, root: Body) -> Body:
@@ -107,9 +100,7 @@ class _Reader:
             joint = body.joints[0].name
             if _hinges(body) == _hinges(root):
                 rest = {one.name for one in root.walk()} - {one.name for one in body.walk()}
-                self._repairs.append(
-                    f"dropped links outside the floating robot: {format_names(sorted(rest))}"
-                )
+                report(self._repairs, "dropped links outside the floating robot", sorted(rest))
                 body.joints, body.place = [], Place()
                 return body
             self._repairs.append(f"floating joint {joint!r} within the robot fixed")
@@ -278,7 +269,7 @@ class _Reader:
                     self._repairs.append(f"joint {name!r} fixed, because its range is empty")
                     return None
                 if low > high:
-                    self._swapped[name] = low, high
+                    self._swapped.append(f"{name} ({low:.4g} to {high:.4g})")
                 joint.range = (min(low, high), max(low, high))
         if kind == "continuous":
             joint.range = (-np.inf, np.inf)
