@@ -103,24 +103,32 @@ class CheckRobot(Action):
         from gaitsim.contracts import BodyFile
         from gaitsim.experiment import load_experiment, parse_assignments
         from gaitsim.experiment.loading import reader_of
+        from gaitsim.gait.gait_files import check_folder
         from gaitsim.render.film import write_still
 
         file, picture, model_out = self.file, self.picture, self.model_out
+        roots = [Path(folder) for folder in self.root or ()]
         option, overrides = reader_of(file)[1], parse_assignments(self.set_ or ())
-        self._check_paths()
+        for folder in roots:
+            if not folder.is_dir():
+                raise GaitsimError(f"folder not found: {folder}", where="--root")
+        if picture is not None:
+            choose_format(None, picture, ("png",), "png", "pictures")
+            check_folder(picture)
+        if model_out is not None:
+            _check_model_out(model_out)
         for key in {f"organism.{option}", "organism.plugin"} & overrides.keys():
             raise GaitsimError(f"{key} cannot be set, as the command checks {file}", where="--set")
         try:
             with status(f"Reading {file} …"):
-                experiment = load_experiment(
-                    str(file), overrides, roots=[Path(folder) for folder in self.root or ()]
-                )
+                experiment = load_experiment(str(file), overrides, roots=roots)
                 facts, warnings = _describe(experiment), experiment.warnings()
                 skeleton = None if picture is None else _standing_skeleton(experiment)
         except GaitsimError as error:
             self._exit(error, overrides)
-        text = getattr(experiment.organism, option)
-        found = experiment.organism.imported() or BodyFile(experiment.name, text)
+        body = experiment.organism
+        text = getattr(body, option)
+        found = body.imported() or BodyFile(experiment.name, text)
         written = []
         if model_out is not None:
             write_bytes(model_out, text.encode())
@@ -145,27 +153,15 @@ class CheckRobot(Action):
         _print(file, found, facts, warnings)
         for path in written:
             echo(path)
-        # A written model is already scaled: its scale is the default.
-        kept = {
-            key: value
-            for key, value in overrides.items()
-            if model_out is None or not _is_default(experiment, key)
-        }
-        pairs = [part for key, value in kept.items() for part in ("--set", f"{key}={value}")]
+        if model_out is not None:  # it is already scaled, and `scale` has its default again
+            defaults = {
+                f"organism.{name}"
+                for name, field in type(body).model_fields.items()
+                if getattr(body, name) == field.default
+            }
+            overrides = {key: overrides[key] for key in overrides if key not in defaults}
+        pairs = [part for key, value in overrides.items() for part in ("--set", f"{key}={value}")]
         echo(f"\nEvolve a gait: {command('run', model_out or file, *pairs)}")
-
-    def _check_paths(self) -> None:
-        """Check the folders to read from and the files to write."""
-        from gaitsim.gait.gait_files import check_folder
-
-        for folder in self.root or ():
-            if not Path(folder).is_dir():
-                raise GaitsimError(f"folder not found: {folder}", where="--root")
-        if self.picture is not None:
-            choose_format(None, self.picture, ("png",), "png", "pictures")
-            check_folder(self.picture)
-        if self.model_out is not None:
-            _check_model_out(self.model_out)
 
     def _exit(self, caught: GaitsimError, overrides: Overrides) -> NoReturn:
         """Report why the robot cannot be used, and exit; raise errors of `--set`."""
@@ -180,14 +176,6 @@ class CheckRobot(Action):
         else:
             errors().print(f"{self.file} cannot be used: {error}", style="red")
         sys.exit(UNUSABLE)
-
-
-def _is_default(experiment: Experiment, key: str) -> bool:
-    """Return whether an option of the body has its default value."""
-    section, _, name = key.partition(".")
-    body = experiment.organism
-    fields = type(body).model_fields if section == "organism" else {}
-    return name in fields and getattr(body, name) == fields[name].default
 
 
 def _check_model_out(path: Path) -> None:

@@ -51,10 +51,11 @@ def robot_text(
     """
     is_text = model.lstrip().startswith("<")
     if (is_text or model in BUNDLED) and (scale, mass_scale) != (1, 1):
+        option = "scale" if scale != 1 else "mass_scale"
+        source = "a text that was already read" if is_text else f"bundled: {model!r}"
         raise RobotError(
-            f"{'scale' if scale != 1 else 'mass_scale'} converts the units of a robot's file, but "
-            f"the model is {'a text that was already read' if is_text else f'bundled: {model!r}'}",
-            key="scale" if scale != 1 else "mass_scale",
+            f"{option} converts the units of a robot's file, but the model is {source}",
+            key=option,
             remedy="set organism.model to the path of the file, too",
         )
     if model in BUNDLED:
@@ -76,32 +77,21 @@ def robot_text(
             remedy=nearest(model, BUNDLED),
         )
     status = path.stat()
-    found = _import(path.absolute(), status.st_mtime_ns, status.st_size, roots, scale, mass_scale)
-    _imported[found.text] = found
+    # A form in the terminal UI checks its options at every keystroke.
+    key = (path.absolute(), status.st_mtime_ns, status.st_size, roots, scale, mass_scale)
+    found = _imported.get(key) or import_robot(path, roots, scale=scale, mass_scale=mass_scale)
+    _imported[key] = found
     if len(_imported) > REMEMBERED:
         _imported.pop(next(iter(_imported)), None)
     return found.text
 
 
-@lru_cache(maxsize=4)
-def _import(
-    path: Path,
-    _changed: int,
-    _size: int,
-    roots: tuple[Path, ...],
-    scale: float,
-    mass_scale: float,
-) -> BodyFile:
-    # Cached, as a form in the terminal UI checks its options at every keystroke.
-    return import_robot(path, roots, scale=scale, mass_scale=mass_scale)
-
-
-_imported: dict[str, BodyFile] = {}  # the last files, by text
+_imported: dict[tuple[Any, ...], BodyFile] = {}  # the last files, by path, change and options
 
 
 def imported_file(text: str) -> BodyFile | None:
     """Return the file from which this process recently imported a robot's text, or None."""
-    return _imported.get(text)
+    return next((file for file in tuple(_imported.values()) if file.text == text), None)
 
 
 @lru_cache(maxsize=16)
@@ -172,18 +162,9 @@ def _nominal_simulation(
     damage: tuple[Damage, ...],
     corners: int = 0,
 ) -> Simulation:
-    servos = load_servos(text, anatomy, servo)
+    servos, world = load_servos(text, anatomy, servo), {"friction": friction, "gravity": gravity}
     spec = load_specification(text)
-    return build(
-        spec,
-        anatomy,
-        servos,
-        dt=dt,
-        friction=friction,
-        gravity=gravity,
-        damage=damage,
-        corners=corners,
-    )
+    return build(spec, anatomy, servos, dt=dt, **world, damage=damage, corners=corners)
 
 
 @lru_cache(maxsize=32)  # 0.3 MB for each bundled robot; a run uses fewer worlds
@@ -204,16 +185,7 @@ def servo_latency(servo: ServoOptions) -> float:
 
 def load_servos(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:
     """Return the servo of each driven joint by the joint's name."""
-    name, torque_limit, speed_limit, latency, stiffness = servo
-    return joint_servos(
-        compile_model(text),
-        anatomy,
-        name,
-        torque_limit=torque_limit,
-        speed_limit=speed_limit,
-        latency=latency,
-        stiffness=stiffness,
-    )
+    return joint_servos(compile_model(text), anatomy, *servo)
 
 
 @lru_cache(maxsize=16)

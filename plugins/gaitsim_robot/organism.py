@@ -43,6 +43,8 @@ from gaitsim_robot.loading import (
     BUNDLED,
     ServoOptions,
     bundled_text,
+    describe_library,
+    describe_robot,
     imported_file,
     joint_ranges,
     load_anatomy,
@@ -221,26 +223,14 @@ class Robot(Organism):
 
     @model_validator(mode="after")
     def _import_model(self, info: ValidationInfo) -> Self:
-        """Replace the path of a file by the scaled robot's text, which needs no scale."""
-        try:
-            text = robot_text(
-                self.model,
-                folder_of(info, "model"),
-                roots_of(info),
-                scale=self.scale,
-                mass_scale=self.mass_scale,
-            )
-        except GaitsimError as error:
-            error.key = error.key or "model"
-            raise
-        for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
-            object.__setattr__(self, name, value)  # the model is frozen
-        return self
-
-    @model_validator(mode="after")
-    def _check(self) -> Self:
+        """Replace the path of a file by the scaled robot's text, which needs no scale; check it."""
         check_time_step(self.dt, FRAME_RATE)
+        folder, roots = folder_of(info, "model"), roots_of(info)
+        scales = {"scale": self.scale, "mass_scale": self.mass_scale}
         try:
+            text = robot_text(self.model, folder, roots, **scales)
+            for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
+                object.__setattr__(self, name, value)  # the model is frozen
             _ = self.anatomy
         except GaitsimError as error:
             error.key = error.key or "model"
@@ -296,34 +286,25 @@ class Robot(Organism):
 
     def describe(self) -> Facts:
         """Describe mass, legs, servos, standing pose, damage and world."""
-        from gaitsim_robot.loading import describe_robot
-
-        conditions = self.conditions()
+        conditions, servos = self.conditions(), load_servos(self.text, self.anatomy, self._servo)
         world = {
             name: f"{value:g} {conditions[name].unit}".rstrip()
             if name in conditions
             else f"{value:g}"
             for name, value in self.world.items()
         }
-        return describe_robot(
-            self.simulation, load_servos(self.text, self.anatomy, self._servo), world
-        )
+        return describe_robot(self.simulation, servos, world)
 
     def warnings(self) -> tuple[str, ...]:
         """Return likely mistakes in the robot's file."""
         anatomy, found = self.anatomy, self.imported()
+        of_file = found.warnings if found else ()
         units = unit_warning(anatomy.length, anatomy.mass)
-        return (
-            *((units,) if units else ()),
-            *(found.warnings if found else ()),
-            *anatomy.warnings,
-        )
+        return tuple(filter(None, (units, *of_file, *anatomy.warnings)))
 
     @classmethod
     def library(cls) -> Facts:
         """Describe the bundled robots and servos."""
-        from gaitsim_robot.loading import describe_library
-
         return describe_library({name: cls(model=name).anatomy for name in BUNDLED})
 
     def imported(self) -> BodyFile | None:

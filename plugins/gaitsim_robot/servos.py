@@ -22,9 +22,7 @@ BAND = 0.25  # rad, largest error at which an unknown servo applies its full tor
 NARROW = 0.02  # rad, the same for a stiffness in a file; higher ones are placeholders, and chatter
 HOLD = 4.0  # × weight × reach per rad, smallest stiffness of an unknown servo; balances a biped
 DAMPING_TIME = 0.03  # s, smallest damping / stiffness of an unknown servo: seven time steps
-STABLE = (
-    0.005  # s, smallest damping / stiffness of a stiffness in a file: half the largest time step
-)
+STABLE = 0.005  # s, the same for a stiffness in a file: half the largest time step
 SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo up to no-load speed
 SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
 LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
@@ -47,7 +45,6 @@ def joint_servos(
     model: Any,
     anatomy: Anatomy,
     name: ServoName = "model",
-    *,
     torque_limit: float | None = None,
     speed_limit: float | None = None,
     latency: float | None = None,
@@ -73,7 +70,15 @@ def joint_servos(
             servo = _assumed_servo(name, LIFT * weight, FASTEST, weight, "no real servo")
         else:
             servo = SERVOS[name]
-        servos[joint] = _with_overrides(servo, torque_limit, speed_limit, latency, stiffness)
+        if stiffness is not None:
+            damping = servo.damping / servo.stiffness * stiffness
+            servo = replace(servo, stiffness=stiffness, damping=damping)
+        servos[joint] = replace(
+            servo,
+            stall_torque=servo.stall_torque if torque_limit is None else torque_limit,
+            no_load_speed=servo.no_load_speed if speed_limit is None else speed_limit,
+            latency=servo.latency if latency is None else latency,
+        )
     return servos
 
 
@@ -126,26 +131,6 @@ def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
             model.actuator_gainprm[actuator, :2] = constant / servo.stall_torque, constant
             model.actuator_gainprm[actuator, [4, 6]] = servo.stiffness, servo.damping
             model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
-
-
-def _with_overrides(
-    servo: Servo,
-    torque_limit: float | None,
-    speed_limit: float | None,
-    latency: float | None,
-    stiffness: float | None,
-) -> Servo:
-    """Return a servo with some values replaced; damping is scaled with stiffness."""
-    if stiffness is not None:
-        servo = replace(
-            servo, stiffness=stiffness, damping=servo.damping / servo.stiffness * stiffness
-        )
-    return replace(
-        servo,
-        stall_torque=servo.stall_torque if torque_limit is None else torque_limit,
-        no_load_speed=servo.no_load_speed if speed_limit is None else speed_limit,
-        latency=servo.latency if latency is None else latency,
-    )
 
 
 def _servo_from_text(
