@@ -6,6 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel, Measure
@@ -13,6 +14,14 @@ from gaitsim.portable import arctan2, cos, sin
 
 Floats = NDArray[np.float64]
 Contacts = NDArray[np.bool_]
+
+DUTY = "duty factor"
+BODY_HEIGHT = "body height"
+STRIDE_FREQUENCY = "stride_frequency"
+STRIDE_FREQUENCY_CHANNEL = Channel(
+    (), "Hz", "strides per second that the gait commands; 0 if unknown"
+)
+"""Channel of a legged body, in which the analysis of a gait looks for its stride frequency."""
 
 MIN_TOUCH_DOWNS = 2  # a foot with fewer touch-downs does not step
 MIN_STEPPING = 0.5  # share of the feet; there is no stride if fewer step
@@ -77,16 +86,12 @@ def without_chatter(stance: Contacts, stride: NDArray[Any]) -> Contacts:
     return tidy
 
 
-GRAIN = 16  # steps between a share of 0 and of 1, so that sums of shares are whole numbers
-
-
 def one_stance_per_stride(stance: Contacts, period: Floats) -> Contacts:
     """Keep one stance of each foot in each stride, however often the foot touches the ground.
 
     The strides of a foot are separated half a cycle after the mean phase of its contacts. The
-    stance of a stride is the interval with the largest sum of s + p − 1 (a maximum subarray:
-    Bentley 1984, "Programming pearls: algorithm design techniques"), where s is 1 on the ground and
-    0 in the air, and p is the mean of s at the same phase of all strides. So it spans losses of
+    stance of a stride is the interval with the largest sum of s + p − 1, where s is 1 on the ground
+    and 0 in the air, and p is the mean of s at the same phase of all strides. So it spans losses of
     contact where the foot usually stands, and leaves out short touches.
 
     Args:
@@ -100,46 +105,44 @@ def one_stance_per_stride(stance: Contacts, period: Floats) -> Contacts:
     phase = (np.rint(course * bins[:, None]) % bins[:, None]).astype(np.intp)
     phase += int(bins.max(initial=1.0)) * np.arange(population)[:, None]
     count = np.bincount(phase.ravel())
-    single = np.empty_like(stance)
+    single = np.zeros_like(stance)
     for foot in range(feet):
         touching = stance[..., foot]
         middle = arctan2((touching * north).sum(axis=1), (touching * east).sum(axis=1))
-        stride = np.floor(course - (middle / (2 * np.pi) - 0.5)[:, None]).astype(np.intp)
+        stride = np.floor(course - (middle / (2 * np.pi) - 0.5)[:, None])
         share = np.bincount(phase.ravel(), touching.ravel()) / np.maximum(count, 1)
-        worth = GRAIN * (touching - 1) + np.rint(GRAIN * share).astype(np.intp)[phase]
-        single[..., foot] = _largest_intervals(worth, stride)
+        # Sums of sixteenths are exact.
+        worth = touching - 1 + np.rint(16 * share)[phase] / 16
+        _mark_largest_intervals(worth, stride, single[..., foot])
     return single
 
 
-def _largest_intervals(worth: NDArray[np.intp], stride: NDArray[np.intp]) -> Contacts:
-    """Return the interval with the largest sum in each stride, empty if no sum is positive.
+@njit(nogil=True, cache=True)
+def _mark_largest_intervals(worth: Floats, stride: Floats, chosen: Contacts) -> None:
+    """Mark the interval with the largest sum in each stride, unless no sum is positive.
+
+    Source: J. Bentley, Programming pearls: algorithm design techniques, Communications of the ACM
+    27 (1984) 865-873.
 
     Args:
-        worth: worth of each frame, −GRAIN to GRAIN, (population, frames).
+        worth: worth of each frame, (population, frames).
         stride: number of the stride of each frame, ascending, (population, frames).
-
-    Returns:
-        Whether each frame belongs to the interval of its stride, (population, frames).
+        chosen: output, False everywhere, (population, frames).
     """
-    population, frames = worth.shape
-    time, bits = np.arange(frames), frames.bit_length()
-    mask = (1 << bits) - 1
-    # Whole numbers hold a sum and, in their last bits, the frame where it occurs: of equal sums,
-    # the first one wins. A large multiple of the stride separates the strides.
-    above = ((2 * GRAIN * frames + 1) << bits) * stride
-    after = np.cumsum(worth, axis=1)
-    lowest = np.minimum.accumulate(((after - worth) << bits) + time - above, axis=1) + above
-    gain = after - (lowest >> bits)
-    highest = np.maximum.accumulate((gain << bits) + frames - time + above, axis=1) - above
-    last = np.ones(worth.shape, dtype=bool)
-    last[:, :-1] = stride[:, 1:] != stride[:, :-1]
-    row, column = np.nonzero(last & (highest >> bits > 0))
-    end = frames - (highest[row, column] & mask)
-    edges = np.zeros((population, frames + 1), np.intp)
-    edges[row, lowest[row, end] & mask] += 1
-    edges[row, end + 1] -= 1
-    chosen: Contacts = np.cumsum(edges, axis=1)[:, :-1] > 0
-    return chosen
+    for n in range(len(worth)):
+        best = total = 0.0
+        begin = start = end = 0
+        for frame in range(worth.shape[1]):
+            if frame and stride[n, frame] != stride[n, frame - 1]:
+                chosen[n, start:end] = True
+                best = total = 0.0
+                begin = start = end = frame
+            if total < 0.0:
+                total, begin = 0.0, frame
+            total += worth[n, frame]
+            if total > best:
+                best, start, end = total, begin, frame + 1
+        chosen[n, start:end] = True
 
 
 def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
@@ -176,7 +179,7 @@ def autocorrelation(stance: Contacts, frames: NDArray[np.intp]) -> Floats:
     Returns:
         The autocorrelation at lags from 0 to half the number of frames.
     """
-    steps = _stepping(stance)
+    steps = touch_downs(stance).sum(axis=1) >= MIN_TOUCH_DOWNS
     population, length, feet = stance.shape
     lags = np.arange(length // 2 + 1)
     overlap = np.maximum(frames[:, None] - lags, 1)  # frames
@@ -199,12 +202,6 @@ def autocorrelation(stance: Contacts, frames: NDArray[np.intp]) -> Floats:
     return np.divide(covariance, scale, out=np.zeros_like(covariance), where=scale > 0)
 
 
-def _stepping(stance: Contacts) -> Contacts:
-    """Return whether each foot steps, (population, feet)."""
-    steps: Contacts = touch_downs(stance).sum(axis=1) >= MIN_TOUCH_DOWNS
-    return steps
-
-
 def _fill_gaps(stance: Contacts, shortest: NDArray[np.floating]) -> Contacts:
     """Fill gaps that are shorter than `shortest` between stances, (population, frames)."""
     before, after = _last_event(stance), _next_event(stance)
@@ -225,15 +222,6 @@ def _next_event(event: Contacts) -> NDArray[np.intp]:
     ahead = np.where(event, np.arange(frames), frames)[:, ::-1]
     found[:, :-1] = np.minimum.accumulate(ahead, axis=1)[:, -2::-1]
     return found
-
-
-DUTY = "duty factor"
-BODY_HEIGHT = "body height"
-STRIDE_FREQUENCY = "stride_frequency"
-STRIDE_FREQUENCY_CHANNEL = Channel(
-    (), "Hz", "strides per second that the gait commands; 0 if unknown"
-)
-"""Channel of a legged body, in which the analysis of a gait looks for its stride frequency."""
 
 
 class Steps:
@@ -264,38 +252,31 @@ class Steps:
         population, frames, _ = stance.shape
         self._frame_rate = frame_rate
         self._frames = np.full(population, frames) if upright is None else upright
-        self._contacts = stance
+        self._contacts = stance & (np.arange(frames) < self._frames[:, None])[..., None]
         self._bounces = upright is not None
-        if upright is not None:
-            self._contacts = stance & (np.arange(frames) < upright[:, None])[..., None]
-        self.commanded = np.zeros(population) if commanded is None else commanded
-
-    @cached_property
-    def _known(self) -> Contacts:
-        return np.asarray(self.commanded > 0)
+        self._commanded = np.zeros(population) if commanded is None else commanded
+        self._known = self._commanded > 0
 
     @cached_property
     def _correlation(self) -> Floats:
         return autocorrelation(self._contacts, self._frames)
 
     @cached_property
-    def _estimate(self) -> Floats:
-        """Duration of a stride, estimated from the contacts, (population,) frames."""
-        stepping = _stepping(self._contacts).mean(axis=1) >= MIN_STEPPING
-        return np.where(stepping, estimate_period(self._correlation, self._frames), 0.0)
+    def _stride(self) -> Floats:
+        """Commanded or estimated duration of a stride, (population,) frames; 0 if unknown."""
+        if self._known.all():
+            return self._frame_rate / self._commanded
+        stride = estimate_period(self._correlation, self._frames)
+        np.divide(self._frame_rate, self._commanded, out=stride, where=self._known)
+        return stride
 
     @cached_property
     def stance(self) -> Contacts:
         """Whether each foot is in stance, (population, frames, feet)."""
+        single = self._contacts.copy()
         known = self._known
-        tidy = np.empty_like(self._contacts)
-        if known.any():
-            period = self._frame_rate / self.commanded[known]
-            single = one_stance_per_stride(self._contacts[known], period)
-            tidy[known] = without_chatter(single, period)
-        if not known.all():
-            tidy[~known] = without_chatter(self._contacts[~known], self._estimate[~known])
-        return tidy
+        single[known] = one_stance_per_stride(self._contacts[known], self._stride[known])
+        return without_chatter(single, self._stride)
 
     @cached_property
     def downs(self) -> Contacts:
@@ -305,19 +286,15 @@ class Steps:
     @cached_property
     def period(self) -> Floats:
         """Duration of a stride, (population,) frames; 0 if fewer than half of the feet step."""
-        stepping = _stepping(self.stance).mean(axis=1) >= MIN_STEPPING
-        period = np.zeros(len(stepping))
-        np.divide(self._frame_rate, self.commanded, out=period, where=self._known & stepping)
-        if not self._known.all():
-            period = np.where(self._known, period, self._estimate)
-        return period
+        steps = self.downs.sum(axis=1) >= MIN_TOUCH_DOWNS
+        return np.where(steps.mean(axis=1) >= MIN_STEPPING, self._stride, 0.0)
 
     @cached_property
     def frequency(self) -> Floats:
         """Strides per second, (population,) Hz; 0 if fewer than half of the feet step."""
-        period = self.period
-        found = np.divide(self._frame_rate, period, out=np.zeros(len(period)), where=period > 0)
-        return np.where(self._known & (period > 0), self.commanded, found)
+        stride, found = self.period > 0, np.zeros(len(self.period))
+        np.divide(self._frame_rate, self.period, out=found, where=stride)
+        return np.where(self._known & stride, self._commanded, found)
 
     @cached_property
     def regularity(self) -> Floats:
@@ -331,6 +308,10 @@ class Steps:
         """Share of the time that each foot is in stance, (population, feet)."""
         counted = self.stance if self._bounces else self._contacts
         return np.asarray(counted.sum(axis=1) / self._frames[:, None])
+
+    def duty_factor_of(self, foot: int) -> Floats:
+        """Return the duty factor of one foot, (population,)."""
+        return self.duty_factor[:, foot]
 
     @cached_property
     def touches(self) -> Floats:
@@ -405,37 +386,35 @@ def stepping_measures(
     pairs = [
         (legs.index(front), legs.index(rear)) for side in sides for front, rear in pairwise(side)
     ]
-    mean = Measure(
-        lambda: steps.duty_factor.mean(axis=1),
-        "",
-        "share of the time that a foot is in stance, averaged over the feet",
-    )
-    frequency = Measure(lambda: steps.frequency, "Hz", "strides per second; 0 without a stride")
-    lag = Measure(
-        partial(steps.phase_lag, pairs),
-        "cycles",
-        "mean phase of a foot's touch-downs in the stride of the next foot in front of it",
-    )
-    chatter = Measure(
-        lambda: steps.touches.mean(axis=1) - 1,
-        "",
-        "touches per foot and stride beyond the first; 0 for feet that do not bounce",
-    )
-    return {
-        DUTY: mean,
-        **{
-            f"{DUTY} {name}": Measure(
-                partial(_duty_factor, steps, leg),
-                "",
-                f"share of the time that the foot of {name} is in stance",
-            )
-            for leg, name in enumerate(legs)
-        },
-        "stride frequency": frequency,
-        **({"phase lag": lag} if pairs else {}),
-        **({} if upright is None else {"chatter": chatter}),
+    duties = {
+        f"{DUTY} {name}": Measure(
+            partial(steps.duty_factor_of, leg),
+            "",
+            f"share of the time that the foot of {name} is in stance",
+        )
+        for leg, name in enumerate(legs)
     }
-
-
-def _duty_factor(steps: Steps, leg: int) -> Floats:
-    return np.asarray(steps.duty_factor[:, leg])
+    found = {
+        DUTY: Measure(
+            lambda: steps.duty_factor.mean(axis=1),
+            "",
+            "share of the time that a foot is in stance, averaged over the feet",
+        ),
+        **duties,
+        "stride frequency": Measure(
+            lambda: steps.frequency, "Hz", "strides per second; 0 without a stride"
+        ),
+    }
+    if pairs:
+        found["phase lag"] = Measure(
+            lambda: steps.phase_lag(pairs),
+            "cycles",
+            "mean phase of a foot's touch-downs in the stride of the next foot in front of it",
+        )
+    if upright is not None:
+        found["chatter"] = Measure(
+            lambda: steps.touches.mean(axis=1) - 1,
+            "",
+            "touches per foot and stride beyond the first; 0 for feet that do not bounce",
+        )
+    return found
