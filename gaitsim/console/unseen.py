@@ -1,14 +1,19 @@
 """Evaluate gaits in unseen worlds from the command line, with a progress bar."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import notice
 from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of
-from gaitsim.gait.checks import CheckResults, check_gait
+from gaitsim.gait.checks import CheckResults, check_gait, worlds_of
 from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
+
+Result = TypeVar("Result")
 
 AT_END, FEWEST_AT_END = 100, 10
 """Maximum and minimum number of unseen worlds at the end of a run.
@@ -54,6 +59,8 @@ def evaluate_with_progress(
 
 def check_with_progress(individual: Individual, workers: int | None = None) -> CheckResults | None:
     """Check whether a gait holds, and show the progress; None if its body names no checks."""
+    if not worlds_of(individual.experiment):
+        return None
     with Progress("checking whether the gait holds", "worlds") as progress:
         return check_gait(
             individual, workers=workers, begin=progress.expect, advance=progress.advance
@@ -66,14 +73,9 @@ def check_champion(champion: Individual, workers: int | None = None) -> CheckRes
     Returns:
         None if its body names no checks, or after a notice of why there is no result.
     """
-    try:
-        with interruptible():
-            return check_with_progress(champion, workers)
-    except KeyboardInterrupt:
-        notice("Skipped the checks of whether the gait holds.")
-    except GaitsimError as error:
-        notice(f"Not checked whether the gait holds: {error.what}")
-    return None
+    return _skippable(
+        "the checks of whether the gait holds", lambda: check_with_progress(champion, workers)
+    )
 
 
 def evaluate_champion(
@@ -91,11 +93,19 @@ def evaluate_champion(
     evaluated = int(run.history["evaluations"][-1]) * worlds.count
     number = min(AT_END, max(FEWEST_AT_END, evaluated // 10))
     what = f"{number} unseen worlds (Ctrl-C skips them)"
+    return _skippable(
+        "the evaluation in unseen worlds",
+        lambda: evaluate_with_progress(champion, number, workers=workers, what=what),
+    )
+
+
+def _skippable(what: str, evaluate: Callable[[], Result | None]) -> Result | None:
+    """Return a result; None after a notice if Ctrl-C skips it, or if it fails."""
     try:
         with interruptible():
-            return evaluate_with_progress(champion, number, workers=workers, what=what)
+            return evaluate()
     except KeyboardInterrupt:
-        notice("Skipped the evaluation in unseen worlds.")
+        notice(f"Skipped {what}.")
     except GaitsimError as error:
-        notice(f"Not evaluated in unseen worlds: {error.what}")
+        notice(f"No result of {what}: {error.what}")
     return None

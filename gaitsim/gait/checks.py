@@ -2,13 +2,16 @@
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
-from gaitsim.evaluation.worlds import World, describe
+from gaitsim.contracts import check_world
+from gaitsim.errors import GaitsimError
+from gaitsim.evaluation.worlds import World, conditions_of, describe, has_worlds
+from gaitsim.experiment import Experiment
 from gaitsim.gait.unseen import Outcome, evaluate_in, measure_of, outcome_of
 from gaitsim.individual import Individual
-from gaitsim.registry import plugin_errors
+from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.repr_mixin import ReprField, ReprMixin
 
 HOLDS = 0.75
@@ -98,14 +101,14 @@ class CheckResults(ReprMixin):
         return {
             "measure": self.measure,
             "unit": self.unit,
-            "nominal": asdict(self.nominal),
+            "nominal": self.nominal.to_dict(),
             "holds": self.holds,
             "depends_on": list(self.depends_on),
             "checks": [
                 {
                     "world": dict(one.world),
-                    **asdict(one.outcome),
-                    "kept": None if math.isnan(one.kept) else one.kept,
+                    **one.outcome.to_dict(),
+                    "kept": one.kept,
                     "passed": one.passed,
                 }
                 for one in self.checks
@@ -121,6 +124,24 @@ class CheckResults(ReprMixin):
         }
 
 
+def worlds_of(experiment: Experiment) -> tuple[World, ...]:
+    """Return the worlds that a body names as checks.
+
+    Raises:
+        PluginError: the body fails, or names a world that it does not have.
+    """
+    entry, body = experiment.entries["organism"], experiment.organism
+    with plugin_errors(entry, "naming its checks"):
+        worlds = tuple(body.checks())
+        for world in worlds:
+            try:
+                check_world(world, body.conditions() if has_worlds(experiment) else {})
+            except GaitsimError as error:
+                what = f"names an invalid check: {error.what}"
+                raise contract_error(entry, what, error.allowed) from None
+    return worlds
+
+
 def check_gait(
     individual: Individual,
     *,
@@ -133,7 +154,7 @@ def check_gait(
     Args:
         individual: individual of a run or from a file.
         workers: number of workers; None for a number that suits the body.
-        begin: called with the number of worlds.
+        begin: called with the number of worlds, unless there are none.
         advance: called with the number of worlds that were completed since the last call.
 
     Returns:
@@ -142,16 +163,13 @@ def check_gait(
     Raises:
         PluginError: the body or the fitness fails or breaks its contract.
     """
-    experiment = individual.experiment
-    with plugin_errors(experiment.entries["organism"], "naming its checks"):
-        worlds = tuple(experiment.organism.checks())
-        conditions = experiment.organism.conditions()
+    worlds = worlds_of(individual.experiment)
     if not worlds:
         return None
-    alone = replace(experiment, worlds=experiment.worlds.own)
-    nominal = outcome_of(individual)
+    conditions = conditions_of(individual.experiment)
     begin(len(worlds))
-    outcomes = evaluate_in(individual, alone, worlds, workers, advance)
+    nominal = outcome_of(individual)
+    outcomes = evaluate_in(individual, worlds, workers, advance)
     checks = tuple(
         Check(
             world,

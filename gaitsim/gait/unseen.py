@@ -49,6 +49,10 @@ class Outcome:
     fell: bool
     failure: str = ""
 
+    def to_dict(self) -> dict[str, Any]:
+        """Return the values for JSON."""
+        return {**asdict(self), "failure": self.failure or None}
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class UnseenResults(ReprMixin):
@@ -150,7 +154,7 @@ class UnseenResults(ReprMixin):
     def to_dict(self) -> dict[str, Any]:
         """Return the statistics and all worlds as values for JSON."""
         worlds = [
-            {"world": dict(world), **_to_dict(outcome)}
+            {"world": dict(world), **outcome.to_dict()}
             for world, outcome in zip(self.worlds, self.outcomes, strict=True)
         ]
         return {**self.statistics(), "worlds": worlds}
@@ -163,7 +167,7 @@ class UnseenResults(ReprMixin):
             "number": len(self.worlds),
             "seed": self.seed,
             "ranges": {name: list(ends) for name, ends in self.ranges.items()},
-            "nominal": _to_dict(self.nominal),
+            "nominal": self.nominal.to_dict(),
             "worst_tenth": self.worst_tenth,
             "worst": self.quantile(0),
             "q25": self.quantile(0.25),
@@ -181,10 +185,6 @@ def worst_tenth(results: Floats) -> Floats:
     """Return the mean of the worst tenth, rounded up, of results, (…, worlds), in shape (…)."""
     counted = -(-results.shape[-1] // 10)
     return np.asarray(np.sort(results, axis=-1)[..., :counted].mean(axis=-1))
-
-
-def _to_dict(outcome: Outcome) -> dict[str, Any]:
-    return {**asdict(outcome), "failure": outcome.failure or None}
 
 
 MOST = 10_000
@@ -225,13 +225,13 @@ def evaluate_unseen(
         PluginError: the body or the fitness fails or breaks its contract.
     """
     check_request(number, seed)
-    experiment = replace(individual.experiment, worlds=individual.experiment.worlds.own)
+    experiment = individual.experiment
     conditions = conditions_of(experiment)
     chosen = _varying_ranges(individual) if ranges is None else _check_ranges(experiment, ranges)
     worlds = draw_unseen_worlds(experiment, number, chosen, seed)
     begin(number)
     nominal = outcome_of(individual)
-    outcomes = evaluate_in(individual, experiment, worlds, workers, advance)
+    outcomes = evaluate_in(individual, worlds, workers, advance)
     if all(one.failure for one in outcomes):
         raise GaitsimError(
             f"the motion fails in each of {number:,} worlds: {outcomes[0].failure}",
@@ -257,22 +257,16 @@ def measure_of(individual: Individual) -> tuple[str, str]:
 
 def evaluate_in(
     individual: Individual,
-    experiment: Experiment,
     worlds: Sequence[World],
-    workers: int | None = None,
-    advance: Callable[[int], object] = lambda worlds: None,
+    workers: int | None,
+    advance: Callable[[int], object],
 ) -> tuple[Outcome, ...]:
-    """Return the outcome of a gait in each of several worlds.
+    """Return the outcome of a gait in each of several worlds, for any number of workers.
 
-    The result does not depend on the number of workers.
-
-    Args:
-        individual: individual whose genome moves the body, or whose joint angles are played.
-        experiment: experiment with the body, and only its own world.
-        worlds: values of conditions by name.
-        workers: number of workers; None for a number that suits the body.
-        advance: called with the number of worlds that were completed since the last call.
+    `evaluate_unseen` describes the arguments.
     """
+    experiment = individual.experiment
+    experiment = replace(experiment, worlds=experiment.worlds.own)
     angles = individual.joint_angles if individual.genome is None else None
     work = partial(_outcome_in, individual.genome, angles)
     outcomes: list[Outcome] = []

@@ -213,7 +213,8 @@ def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
     except ExperimentError as error:
         written = ""
         for problem in error.problems:
-            problems.setdefault(problem.key, problem)
+            option = ".".join(problem.key.split(".")[:2])  # not one of its items
+            problems.setdefault(option, problem)
     except GaitsimError as error:
         written, problems[""] = "", error
     forms = {

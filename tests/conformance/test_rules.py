@@ -114,6 +114,11 @@ def conditions(self):
 ERRORS = {
     "organism": {
         "conditions without the option": (WINDS, "worlds", "none"),
+        "a check of an unknown condition": (
+            "def checks(self):\n    return ({'fog': 1.0},)",
+            "worlds",
+            "unknown condition 'fog'",
+        ),
         "a nominal world that is another": (
             WINDS + "world: dict[str, float] = option({}, 'a world')\n"
             "def move(self, genomes):\n"

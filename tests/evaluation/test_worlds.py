@@ -94,6 +94,8 @@ def test_cases_come_before_drawn_worlds_and_all_count():
     people = genomes(experiment)
     alone = [evaluate(in_world(experiment, one), people).scores for one in worlds]
     np.testing.assert_array_equal(evaluate(experiment, people).scores, np.min(alone, axis=0))
-    given = walkers(**{"worlds.cases": cases, "worlds.number": 0})
+    given = walkers(**{"worlds.cases": cases, "worlds.number": 0, "worlds.redraw": 2})
+    assert draw_worlds(given, 3) == given.worlds.cases
+    assert not given.worlds.redraws(1, 9)
     mean = np.mean(alone[:2], axis=0)
     np.testing.assert_allclose(evaluate(given, people).scores, mean, rtol=1e-12)

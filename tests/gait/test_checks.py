@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gaitsim.errors import PluginError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import check_gait, with_world
 from gaitsim.gait.checks import Check, CheckResults
@@ -63,8 +64,22 @@ def test_a_gait_that_goes_nowhere_does_not_hold(distance):
         "forward", "m", walked(distance), (Check({"friction": 0.4}, walked(1.0), np.nan),)
     )
     assert not found.holds
-    assert found.to_dict()["checks"][0]["kept"] is None
     assert "nan" not in found.summary
+
+
+@pytest.mark.parametrize(
+    ("checks", "message"),
+    [
+        ([{"frction": 1.0}], "names an invalid check: unknown condition 'frction'"),
+        ([{"friction": 9.0}], "names an invalid check: invalid value of the condition 'friction'"),
+        ([{"friction": "much"}], "failed while naming its checks"),
+        (None, "failed while naming its checks"),
+    ],
+)
+def test_a_wrong_check_is_an_error_of_the_plugin(checks, message, monkeypatch):
+    monkeypatch.setattr(type(SHORT.organism), "checks", lambda body: checks)
+    with pytest.raises(PluginError, match=f"organism 'robot' of package gaitsim .* {message}"):
+        check_gait(Individual(SHORT, 0.0, {}, 1, TROT))
 
 
 def test_other_bodies_have_no_checks():

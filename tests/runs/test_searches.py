@@ -59,8 +59,13 @@ def searching(request, puppet):
     return lambda *more: puppet("evolution.population=12", *chosen, *more)
 
 
-WINDY = ("organism.plugin=windy-puppet", "worlds.number=3", "worlds.redraw=3")
-"""Worlds that are redrawn."""
+WINDY = (
+    "organism.plugin=windy-puppet",
+    "worlds.cases=[{wind=0.3}, {}]",
+    "worlds.number=2",
+    "worlds.redraw=3",
+)
+"""Two cases, and worlds that are redrawn."""
 
 
 def evolved(experiment, path, generations=None):

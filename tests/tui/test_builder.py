@@ -79,6 +79,15 @@ class TestValidate:
         large = validate(ExperimentBuilder(loaded, {"organism.scale": "1000"}), catalogue)
         assert "\n⚠ the robot is 280 m long" in large.summary(Path("runs/a"))
 
+    def test_a_problem_of_an_item_is_that_of_its_option(self, catalogue):
+        worlds, cases = load_preset("walker-worlds"), "[{friction = 0.4}, {}]"
+        found = validate(ExperimentBuilder(worlds, {"worlds.cases": cases}), catalogue)
+        assert found.experiment.worlds.cases == ({"friction": 0.4}, {})
+        wrong = {"worlds.cases": "[{}, {fog = 1}]", "worlds.ranges": "{friction = [1, 9]}"}
+        found = validate(ExperimentBuilder(worlds, wrong), catalogue)
+        assert set(found.problems) == {*wrong}
+        assert found.problems["worlds.cases"].what == "unknown condition 'fog'"
+
     def test_forms_have_every_option_with_its_value(self, catalogue):
         found = validate(build(fitness__yaw_weight="9"), catalogue)
         texts = {option.key: option.text for option in found.forms["fitness"].options}

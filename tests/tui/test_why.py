@@ -68,6 +68,18 @@ async def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
         assert not driver.screen.check_action("physics", ())
 
 
+@pytest.mark.parametrize(
+    ("checks", "text"),
+    [([{"wind": 9.0}], "at wind 9; fails 1 of 1"), ([{"fog": 1}], "names an invalid check")],
+)
+async def test_checks_are_shown(puppets, puppet_run, drive, monkeypatch, checks, text):
+    monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: checks)
+    run = puppet_run("organism.plugin=windy-puppet", "evolution.generations=1")
+    async with drive() as driver:
+        driver.app.screen.show_screen("why.Why", run.path)
+        await driver.until(lambda: text in " ".join(displayed_texts(driver.screen).split()))
+
+
 async def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.why.WORLDS", 12)
     puppets, short = walk(), {"organism.duration": 0.5}

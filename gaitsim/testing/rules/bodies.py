@@ -87,6 +87,14 @@ def _check_threads(body: Organism, genomes: Genomes, motion: Motion) -> Iterator
 def check_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[Finding]:
     """Check the conditions of a body, its nominal world, and a world with other conditions."""
     conditions = body.conditions()
+    for world in body.checks():
+        try:
+            check_world(world, conditions)
+        except GaitsimError as problem:
+            yield error(
+                "worlds", "checks() names worlds of the body", problem.what, "correct the check"
+            )
+            return
     if not conditions:
         return
     if WORLD not in type(body).model_fields:
@@ -105,14 +113,6 @@ def check_worlds(body: Organism, genomes: Genomes, motion: Motion) -> Iterator[F
                 f"{name}: low ≤ high, and low, high and nominal between least and most",
                 f"{one!r}",
                 "correct the condition",
-            )
-            return
-    for world in body.checks():
-        try:
-            check_world(world, conditions)
-        except GaitsimError as problem:
-            yield error(
-                "worlds", "checks() names worlds of the body", problem.what, "correct the check"
             )
             return
     own = dict(body)[WORLD]
