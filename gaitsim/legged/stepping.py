@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel, Measure
@@ -98,6 +97,8 @@ def one_stance_per_stride(stance: Contacts, period: Floats) -> Contacts:
         stance: whether each foot is on the ground, (population, frames, feet).
         period: duration of a stride, frames, (population,).
     """
+    from gaitsim.portable.intervals import mark_largest_intervals
+
     population, frames, feet = stance.shape
     course = np.arange(frames) / period[:, None]  # cycles
     east, north = cos(2 * np.pi * course), sin(2 * np.pi * course)
@@ -113,36 +114,8 @@ def one_stance_per_stride(stance: Contacts, period: Floats) -> Contacts:
         share = np.bincount(phase.ravel(), touching.ravel()) / np.maximum(count, 1)
         # Sums of sixteenths are exact.
         worth = touching - 1 + np.rint(16 * share)[phase] / 16
-        _mark_largest_intervals(worth, stride, single[..., foot])
+        mark_largest_intervals(worth, stride, single[..., foot])
     return single
-
-
-@njit(nogil=True, cache=True)
-def _mark_largest_intervals(worth: Floats, stride: Floats, chosen: Contacts) -> None:
-    """Mark the interval with the largest sum in each stride, unless no sum is positive.
-
-    Source: J. Bentley, Programming pearls: algorithm design techniques, Communications of the ACM
-    27 (1984) 865-873.
-
-    Args:
-        worth: worth of each frame, (population, frames).
-        stride: number of the stride of each frame, ascending, (population, frames).
-        chosen: output, False everywhere, (population, frames).
-    """
-    for n in range(len(worth)):
-        best = total = 0.0
-        begin = start = end = 0
-        for frame in range(worth.shape[1]):
-            if frame and stride[n, frame] != stride[n, frame - 1]:
-                chosen[n, start:end] = True
-                best = total = 0.0
-                begin = start = end = frame
-            if total < 0.0:
-                total, begin = 0.0, frame
-            total += worth[n, frame]
-            if total > best:
-                best, start, end = total, begin, frame + 1
-        chosen[n, start:end] = True
 
 
 def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
