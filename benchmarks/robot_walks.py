@@ -1,6 +1,7 @@
 """Public robots, from the file to a gait: distance in 10 s, and the time to find the gait.
 
-    python benchmarks/robot_walks.py [--folder FOLDER] [--generations 10] [--seconds 900] [--only NAME …]
+    python benchmarks/robot_walks.py [--folder FOLDER] [--generations 10] [--seconds 900]
+                                     [--only NAME …]
 
 Each robot uses the preset `robot` unchanged, with the torque limits of its file, if any. A search
 ends after `--generations`, or after `--seconds`. FOLDER keeps the downloaded packages. The last
