@@ -25,7 +25,8 @@ class Check:
     Attributes:
         world: values of conditions by name.
         outcome: outcome in this world.
-        kept: result as a share of the nominal result; NaN if the nominal one is ≤ 0.
+        kept: result as a share of the nominal result; 0 if the motion failed, and NaN if the
+            nominal result is ≤ 0.
         varied: descriptions of the conditions, such as 'friction of the feet on the ground'.
     """
 
@@ -174,9 +175,15 @@ def check_gait(
         Check(
             world,
             one,
-            one.result / nominal.result if nominal.result > 0 else math.nan,
+            _kept(one.result, nominal.result),
             ", ".join(conditions[name].help for name in world if name in conditions),
         )
         for world, one in zip(worlds, outcomes, strict=True)
     )
     return CheckResults(*measure_of(individual), nominal, checks)
+
+
+def _kept(result: float, nominal: float) -> float:
+    if not nominal > 0:
+        return math.nan
+    return result / nominal if math.isfinite(result) else 0.0

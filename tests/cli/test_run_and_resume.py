@@ -10,6 +10,7 @@ import pytest
 from run_helpers import strict
 from waiting import until
 
+import gaitsim as gs
 from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
@@ -274,3 +275,19 @@ def test_a_run_over_worlds_ends_with_unseen_worlds(gaitsim):
     said = gaitsim("resume", "walker").stdout
     assert "In 10 unseen worlds: median" in said
     assert "analyse runs/walker --worlds 100" in said
+
+
+def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
+    run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 2)
+    found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["checks"]
+    assert [check["world"] for check in found["checks"]] == [{"wind": 0.1}, {"wind": 9.0}]
+    assert [check["passed"] for check in found["checks"]] == [True, False]
+    assert not found["holds"]
+    assert found["depends_on"] == ["turns all joints"]
+    resumed, analysed = gaitsim("resume", "puppet").stdout, gaitsim("analyse", "puppet")
+    line = next(line for line in resumed.splitlines() if line.startswith("Does not hold"))
+    assert line in analysed.stdout
+    assert json.loads(gaitsim("analyse", "puppet", "--json").stdout)["checks"] == found
+    checks = gs.load("runs/puppet").checks()
+    assert checks is not None
+    assert [one.kept for one in checks.checks] == [one["kept"] for one in found["checks"]]

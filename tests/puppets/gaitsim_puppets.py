@@ -76,6 +76,9 @@ class WindyPuppet(Puppet):
     def conditions(self):
         return {"wind": Condition("m/s", 0.0, -0.5, 0.5, -9.0, 9.0, "turns all joints")}
 
+    def checks(self):
+        return ({"wind": 0.1}, {"wind": 9.0})
+
     @model_validator(mode="after")
     def _check(self):
         check_world(self.world, self.conditions())

@@ -50,6 +50,13 @@ async def test_the_screen_lists_the_terms_and_names_the_gait(walk, drive, monkey
         assert isinstance(driver.screen, Why)
 
 
+async def test_the_screen_shows_whether_the_gait_holds(walk, drive):
+    windy = walk("windy", 1, "organism.plugin=windy-puppet")
+    async with drive() as driver:
+        driver.app.screen.show_screen("why.Why", windy)
+        await driver.until(lambda: "Does not hold" in displayed_texts(driver.screen))
+
+
 @pytest.mark.slow
 async def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
     puppets = walk()
