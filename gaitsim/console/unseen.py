@@ -59,12 +59,11 @@ def evaluate_with_progress(
 
 def check_with_progress(individual: Individual, workers: int | None = None) -> CheckResults | None:
     """Check whether a gait holds, and show the progress; None if its body names no checks."""
-    if not worlds_of(individual.experiment):
+    worlds = worlds_of(individual.experiment)
+    if not worlds:
         return None
-    with Progress("checking whether the gait holds", "worlds") as progress:
-        return check_gait(
-            individual, workers=workers, begin=progress.expect, advance=progress.advance
-        )
+    with Progress("checking whether the gait holds", "worlds", len(worlds)) as progress:
+        return check_gait(individual, workers=workers, advance=progress.advance)
 
 
 def check_champion(champion: Individual, workers: int | None = None) -> CheckResults | None:

@@ -147,7 +147,6 @@ def check_gait(
     individual: Individual,
     *,
     workers: int | None = None,
-    begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda worlds: None,
 ) -> CheckResults | None:
     """Move a gait in the worlds in which its body says that a good gait still works.
@@ -155,7 +154,6 @@ def check_gait(
     Args:
         individual: individual of a run or from a file.
         workers: number of workers; None for a number that suits the body.
-        begin: called with the number of worlds, unless there are none.
         advance: called with the number of worlds that were completed since the last call.
 
     Returns:
@@ -168,7 +166,6 @@ def check_gait(
     if not worlds:
         return None
     conditions = conditions_of(individual.experiment)
-    begin(len(worlds))
     nominal = outcome_of(individual)
     outcomes = evaluate_in(individual, worlds, workers, advance)
     checks = tuple(

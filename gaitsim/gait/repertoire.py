@@ -128,10 +128,9 @@ def _name_gaits(
     order = body_order(places[None])
     ordered = tuple(names[index] for index in order)
     lasted = _lasted(experiment, motion)
-    frequency = np.zeros(len(stance))
-    if commands_frequency(experiment.organism):
-        with plugin_errors(experiment.entries["organism"], "computing a channel"):
-            frequency = np.asarray(motion[STRIDE_FREQUENCY], np.float64)
+    known = commands_frequency(experiment.organism)
+    with plugin_errors(experiment.entries["organism"], "computing the stride frequency"):
+        frequency = motion[STRIDE_FREQUENCY] if known else np.zeros(len(stance))
     gaits = []
     for index, touching in enumerate(stance):
         if index in motion.failures:

@@ -58,14 +58,13 @@ def estimate_period(correlation: Floats, frames: NDArray[np.intp]) -> Floats:
     first = np.argmax(peak & (height >= PEAK_SHARE * highest[:, None]), axis=1)
     period = np.where(highest >= MIN_AUTOCORRELATION, first, 0).astype(np.float64)
     for row in np.flatnonzero(period):
-        count = int(frames[row] // 2 // (first[row] + 1))
-        if count:
-            multiples = np.arange(1, count + 1)[:, None]
-            tried = first[row] + np.arange(-3 * count, 3 * count + 1) / (3 * count)
-            at = np.rint(multiples * tried).astype(np.intp)
-            mean = np.cumsum(correlation[row, at], axis=0)[-1]
-            best = np.flatnonzero(mean == mean.max())
-            period[row] = tried[best[len(best) // 2]]
+        count = int(frames[row] // 2 // (first[row] + 1))  # at least 1
+        multiples = np.arange(1, count + 1)[:, None]
+        tried = first[row] + np.arange(-3 * count, 3 * count + 1) / (3 * count)
+        at = np.rint(multiples * tried).astype(np.intp)
+        mean = np.cumsum(correlation[row, at], axis=0)[-1]
+        best = np.flatnonzero(mean == mean.max())
+        period[row] = tried[best[len(best) // 2]]
     return period
 
 

@@ -395,8 +395,8 @@ def _motion(
         stance = np.empty((population, 8, frames), dtype=np.bool_)
         slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
         blocks = np.zeros(1, BLOCK)
-        lean_x, lean_y = (down[:2] / -down[2]).tolist()
-        walk(angles, legs, lean_x, lean_y, feet, centre, blocks, pose, stance, slip, margin, slope)
+        lean = down[0] / -down[2], down[1] / -down[2]
+        walk(angles, legs, lean, feet, centre, blocks, pose, stance, slip, margin, slope)
         return {
             "pose": time_second(pose),
             "stance": time_second(stance),

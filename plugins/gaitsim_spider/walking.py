@@ -231,7 +231,7 @@ _RADIUS = _f(FOOT_RADIUS)
 
 
 @njit(error_model="numpy")
-def _shear(block: Any, lean_x: float, lean_y: float) -> None:
+def _shear(block: Any, lean: Any) -> None:
     """Move the feet to where they appear along gravity, relative to the centre of mass.
 
     On a slope, the body rests on the feet around the point where the line of gravity through the
@@ -239,8 +239,8 @@ def _shear(block: Any, lean_x: float, lean_y: float) -> None:
     vertical. The ground is a foot's radius below the centres of the feet.
     """
     for n in range(SIZE):
-        block.lean_x[n] = lean_x * block.ahead_x[n] + lean_y * block.ahead_y[n]
-        block.lean_y[n] = lean_y * block.ahead_x[n] - lean_x * block.ahead_y[n]
+        block.lean_x[n] = lean[0] * block.ahead_x[n] + lean[1] * block.ahead_y[n]
+        block.lean_y[n] = lean[1] * block.ahead_x[n] - lean[0] * block.ahead_y[n]
         for leg in range(8):
             depth = _RADIUS - block.z[leg, n]
             block.x[leg, n] -= depth * block.lean_x[n]
@@ -260,8 +260,7 @@ def _project_centre(block: Any) -> None:
 def travel(
     feet: Any,
     centre: Any,
-    lean_x: float,
-    lean_y: float,
+    lean: Any,
     block: Any,
     pose: Any,
     stance: Any,
@@ -274,8 +273,7 @@ def travel(
     Args:
         feet: feet in the body's frame, (3, 8, frames) float32, metres.
         centre: centre of mass in the body's frame, (3, frames) float32, metres.
-        lean_x: see `walk`.
-        lean_y: see `walk`.
+        lean: see `walk`.
         block: working memory, a record of dtype `BLOCK`.
         pose: output, (3, frames) float32; see `walk`, also for the other outputs.
         stance: output, (8, frames) bool.
@@ -284,7 +282,7 @@ def travel(
         slope: output, (frames,) float32.
     """
     last = feet.shape[2] - 1
-    inclined = lean_x != 0.0 or lean_y != 0.0
+    inclined = lean[0] != 0.0 or lean[1] != 0.0
     x = y = yaw = 0.0
     nx, ny, nz, foot = _ZERO, _ZERO, _ONE, np.int64(0)  # the type of later feet
     pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
@@ -300,7 +298,7 @@ def travel(
             _fill_block(block, feet, centre, first, count)
             if inclined:
                 _find_directions(block)
-                _shear(block, lean_x, lean_y)
+                _shear(block, lean)
             find_feet(block)
             if inclined:
                 _fill_block(block, feet, centre, first, count)
@@ -338,8 +336,7 @@ def travel(
 def walk(
     angles: NDArray[np.float32],
     legs: Legs,
-    lean_x: float,
-    lean_y: float,
+    lean: tuple[float, float],
     feet: NDArray[np.float32],
     centre: NDArray[np.float32],
     blocks: NDArray[np.void],
@@ -355,9 +352,8 @@ def walk(
         angles: joint angles from the pose at rest, (population, 24, frames) float32, radians, each
             within ±30°.
         legs: data of the legs.
-        lean_x: component of gravity along the initial heading on the ground, divided by the
-            component into the ground; 0 on level ground.
-        lean_y: the same to the left.
+        lean: components of gravity along the ground, forward and to the left of the initial
+            heading, divided by the component into the ground; 0 on level ground.
         feet: working memory, (1, 3, 8, frames) float32. That of one individual, 76 kB for 300
             frames, fits into the cache.
         centre: working memory, (1, 3, frames) float32.
@@ -374,14 +370,5 @@ def walk(
     for n in range(len(angles)):
         place_feet(angles[n : n + 1], legs, feet, centre)
         travel(
-            feet[0],
-            centre[0],
-            lean_x,
-            lean_y,
-            blocks[0],
-            pose[n],
-            stance[n],
-            slip[n],
-            margin[n],
-            slope[n],
+            feet[0], centre[0], lean, blocks[0], pose[n], stance[n], slip[n], margin[n], slope[n]
         )

@@ -40,7 +40,7 @@ def walked(
     travel(
         np.ascontiguousarray(feet.transpose(2, 1, 0), dtype=np.float32),
         np.ascontiguousarray(centre.T, dtype=np.float32),
-        *lean,
+        lean,
         np.zeros(1, BLOCK)[0],
         *out.values(),
     )

@@ -97,7 +97,7 @@ The terms behind the score of an individual, and its gait.
         )
         self._individual = found
         self.refresh_bindings()
-        self._append("", self._check, follow=False)
+        self._append("checking whether the gait holds …", self._check, follow=False)
 
     def action_physics(self) -> None:
         """Play the gait on the body's twin and show how well it transfers."""
@@ -133,13 +133,9 @@ The terms behind the score of an individual, and its gait.
         if follow:
             scroll.scroll_end(animate=False)
 
-    def _check(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
+    def _check(self, individual: Individual, _: Static) -> tuple[Passage, ...]:
         """Check whether the gait holds, in a thread."""
-
-        def begin(total: int) -> None:
-            self.app.call_from_thread(waiting.update, f"playing in {total} other worlds …")
-
-        results = check_gait(individual, workers=_workers(individual), begin=begin)
+        results = check_gait(individual, workers=_workers(individual))
         return (check_results(results),) if results else ()
 
     def _evaluate_worlds(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
