@@ -1,7 +1,7 @@
 """The direction of a robot's nose, which the names of its legs or its shape indicate."""
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -37,8 +37,8 @@ def facings_of_names(model: Any, limbs: Sequence[Limb]) -> list[Facing]:
     Returns:
         The directions; [] unless the names distinguish front from rear and left from right.
     """
-    named = [_limb_place(model, limb) for limb in limbs]
-    if not all(set(column) >= {1, -1} for column in zip(*named, strict=True)):
+    named = [_named_place(model, limb) for limb in limbs]
+    if not all(_distinguished(named)):
         return []
     seen = np.array([[_sign(limb, limbs, axis) for axis in (0, 1)] for limb in limbs])
     turned = {  # to the front and to the left
@@ -64,10 +64,10 @@ def misnamed(
         else "set 'organism.facing' to the direction of the nose in the file (+x, -x, +y or -y), "
         "or rename the joints"
     )
-    named = [_limb_place(model, limb) for limb in limbs]
-    seen = [(_sign(limb, limbs, 0), _sign(limb, limbs, 1)) for limb in limbs]
-    told = [set(column) >= {1, -1} for column in zip(*named, strict=True)]
-    for name, limb, said, place in zip(name_legs(sides), limbs, named, seen, strict=True):
+    named = [_named_place(model, limb) for limb in limbs]
+    told = _distinguished(named)
+    for name, limb, said in zip(name_legs(sides), limbs, named, strict=True):
+        place = _sign(limb, limbs, 0), _sign(limb, limbs, 1)
         if any(told[axis] and said[axis] * place[axis] < 0 for axis in (0, 1)):
             return (
                 f"joint {model.joint(limb.joints[0]).name!r} belongs to leg {name}, "
@@ -77,9 +77,9 @@ def misnamed(
     return ()
 
 
-def _limb_place(model: Any, limb: Limb) -> tuple[int, int]:
-    joints = [model.joint(joint).name for joint in limb.joints]
-    return _named_place(joints + [model.body(body).name for body in limb.parts])
+def _distinguished(named: Sequence[tuple[int, int]]) -> list[bool]:
+    """Return whether names distinguish front from rear, and left from right."""
+    return [set(column) >= {1, -1} for column in zip(*named, strict=True)]
 
 
 def facing_of_shape(limbs: Sequence[Limb], default: int) -> Facing:
@@ -95,9 +95,8 @@ def facing_of_shape(limbs: Sequence[Limb], default: int) -> Facing:
         if abs(np.mean(toes)) > least:  # measured from the ankle, or else from the hip
             sign = int(np.sign(np.mean(toes)))
             break
-    if along_y:
-        return "+y" if sign > 0 else "-y"
-    return "+x" if sign > 0 else "-x"
+    heading = (0, sign) if along_y else (sign, 0)
+    return next(facing for facing, other in HEADINGS.items() if other == heading)
 
 
 def _faces_along_y(limbs: Sequence[Limb]) -> bool:
@@ -150,19 +149,17 @@ def _describe_place(place: tuple[int, int]) -> str:
     return " ".join(filter(None, words)) or "middle"
 
 
-def _named_place(names: Iterable[str]) -> tuple[int, int]:
+def _named_place(model: Any, limb: Limb) -> tuple[int, int]:
     """Return where the names of a leg's joints and links say that it is, such as 'FR_hip'.
 
     Returns:
         1 for front, -1 for rear, 0 if the names do not say so or disagree; and 1 for left, -1 for
         right, 0 likewise.
     """
-    places = [_place(name) for name in names]
-    fronts, lefts = ({one for one in found if one} for found in zip(*places, strict=True))
-    return (
-        fronts.pop() if len(fronts) == 1 else 0,
-        lefts.pop() if len(lefts) == 1 else 0,
-    )
+    names = [model.joint(joint).name for joint in limb.joints]
+    names += [model.body(body).name for body in limb.parts]
+    front, left = (sum(set(column)) for column in zip(*map(_place, names), strict=True))
+    return front, left
 
 
 def _place(name: str) -> tuple[int, int]:

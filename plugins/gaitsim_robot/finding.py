@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg, Side, name_legs
 from gaitsim_robot.chain import pose_data
-from gaitsim_robot.errors import shorten
+from gaitsim_robot.errors import check_count, shorten
 from gaitsim_robot.facing import (
     ALIKE,
     HEADINGS,
@@ -30,6 +30,7 @@ LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 STIFF = math.radians(6.3)  # rad; one turn in radians, read as degrees, as MJCF does by default
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
 SHORT = 0.5  # share of the distance between front and rear hips; a shorter one is only a part
+NAME_FEET = "name the links at the ends of the legs in 'organism.feet'"
 _HALF = 0.5**0.5
 TURNS = {
     "": (1.0, 0.0, 0.0, 0.0),
@@ -219,12 +220,7 @@ class Finder:
                 allowed="at least two limbs of hinge joints that reach the ground below the trunk",
                 remedy=self._remedy(),
             )
-        if len(legs) > LEGS:
-            raise GaitsimError(
-                f"the robot has {len(legs)} legs",
-                allowed=f"at most {LEGS}",
-                remedy="name the links at the ends of the legs in 'organism.feet'",
-            )
+        check_count(len(legs), LEGS, "legs", remedy=NAME_FEET)
         return legs
 
     def _remedy(self) -> str:
@@ -235,7 +231,7 @@ class Finder:
                 f"all joints are within ±{math.degrees(widest):.3g}°; if these limits are radians, "
                 'write <compiler angle="radian"/> in the MJCF file'
             )
-        return "name the links at the ends of the legs in 'organism.feet'"
+        return NAME_FEET
 
     def _stand(self, stand: Stand, rest: Floats) -> tuple[Floats, tuple[str, ...]]:
         """Return the standing pose, and a note if it is not the keyframe of the file."""

@@ -278,7 +278,7 @@ def test_a_chain_of_many_links_is_refused(tmp_path):
     joint = '<joint name="{0}" type="continuous"><parent link="{0}"/><child link="{1}"/></joint>'
     joints = "".join(joint.format(index, index + 1) for index in range(2999))
     path.write_text(f"<robot>{names}{joints}</robot>")
-    with pytest.raises(RobotError, match="3000 moving links"):
+    with pytest.raises(RobotError, match="3,000 moving links"):
         read(path)
 
 

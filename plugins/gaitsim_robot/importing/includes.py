@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
 
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.files import MODEL_BYTES, RobotFiles
 from gaitsim_robot.importing.meshes import check_vertices, count_vertices
 from gaitsim_robot.importing.tree import SWAPPED, Floats, report
@@ -209,11 +209,7 @@ FINEST = 100.0  # parameter of a built-in mesh, such as its resolution
 
 
 def check_size(root: Element, assets: Mapping[str, bytes], where: str) -> None:
-    """Check that MuJoCo can compile a document within seconds.
-
-    Raises:
-        RobotError: it has too many elements, after replication, or too many vertices.
-    """
+    """Check that MuJoCo can compile a document within seconds."""
     bodies = total = largest = 1
     pending = [(root, 1)]
     while pending:
@@ -227,15 +223,10 @@ def check_size(root: Element, assets: Mapping[str, bytes], where: str) -> None:
     # Every copy of a body also copies the actuators, constraints and contacts that refer to it.
     others = sum(1 for tag in _REFERRING for section in root.iter(tag) for _ in section)
     total += others * (largest - 1)
-    for count, most, noun in ((bodies, BODIES, "bodies"), (total, COPIES, "elements")):
-        if count > most:
-            replicated = " after replication" if largest > 1 else ""
-            raise RobotError(
-                f"the model has {count:,} {noun}{replicated}",
-                where=where,
-                allowed=f"at most {most:,}",
-                remedy="remove everything that is not part of the robot, such as terrain",
-            )
+    replicated = " after replication" if largest > 1 else ""
+    remedy = "remove everything that is not part of the robot, such as terrain"
+    check_count(bodies, BODIES, f"bodies{replicated}", where, remedy)
+    check_count(total, COPIES, f"elements{replicated}", where, remedy)
     vertices = sum(_mesh_size(mesh, assets, where) for mesh in root.iter("mesh"))
     check_vertices(vertices, where)
 

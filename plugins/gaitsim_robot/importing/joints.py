@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.tree import Body, Floats, RobotTree, report
 from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.text import BODIES
@@ -30,10 +30,7 @@ def repair_joints(robot: RobotTree) -> None:
         body.joints = [joint for joint in body.joints if joint.kind == "hinge"]
     _fuse(robot)
     _merge_massless(robot)
-    if (count := sum(1 for _ in root.walk())) > BODIES:
-        raise RobotError(
-            f"the robot has {count} moving links", where=robot.name, allowed=f"at most {BODIES}"
-        )
+    check_count(sum(1 for _ in root.walk()), BODIES, "moving links", robot.name)
     if not robot.joints:
         raise RobotError(
             "the robot has no joint that turns",

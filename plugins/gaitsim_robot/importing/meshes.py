@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element
 
 import numpy as np
 
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.files import MeshError, RobotFiles
 from gaitsim_robot.importing.tree import Body, Floats, Place, Shape
 from gaitsim_robot.markup import LARGEST as FARTHEST, parse
@@ -39,18 +39,9 @@ def decode(data: bytes, suffix: str) -> Floats:
 
 
 def check_vertices(count: int, where: str, most: int = LARGEST) -> None:
-    """Check the number of vertices of a robot's meshes.
-
-    Raises:
-        RobotError: there are so many that importing the robot would take minutes.
-    """
-    if count > most:
-        raise RobotError(
-            f"the robot's meshes have {count:,} vertices",
-            where=where,
-            allowed=f"at most {most:,}",
-            remedy="simplify the meshes, or replace them by boxes, cylinders and spheres",
-        )
+    """Check that a robot's meshes do not take minutes to import."""
+    remedy = "simplify the meshes, or replace them by boxes, cylinders and spheres"
+    check_count(count, most, "vertices of meshes", where, remedy)
 
 
 def count_vertices(data: bytes, suffix: str) -> int:

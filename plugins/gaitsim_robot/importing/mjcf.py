@@ -34,21 +34,15 @@ _CHECKED = {
     "mesh": ("vert",),
     "jnt": ("pos", "axis", "range", "stiffness"),
     "dof": ("damping", "armature", "frictionloss"),
-    "qpos": ("0", "_spring"),
+    "qpos": ("0", "spring"),
     "key": ("qpos",),
     "site": ("pos", "quat"),
     "eq": ("data",),
     "actuator": ("gear", "gainprm", "biasprm"),
 }
 # A huge range means no limit.
-_LARGEST = {
-    "jnt_range": np.inf,
-    "eq_data": np.inf,
-    "body_inertia": LARGEST_INERTIA,
-    "actuator_gear": np.inf,
-    "actuator_gainprm": np.inf,
-    "actuator_biasprm": np.inf,
-}
+_UNLIMITED = ("jnt_range", "eq_data", "actuator_gear", "actuator_gainprm", "actuator_biasprm")
+_LARGEST = {"body_inertia": LARGEST_INERTIA, **dict.fromkeys(_UNLIMITED, np.inf)}
 _STANDING_NAMES = ("stand", "home")
 
 
@@ -104,7 +98,7 @@ def _check_values(model: Any, where: str) -> None:
     """Check the numbers of a compiled model; MuJoCo accepts NaN, infinity and huge numbers."""
     for kind, attributes in _CHECKED.items():
         for attribute in attributes:
-            array = f"{kind}{attribute}" if kind == "qpos" else f"{kind}_{attribute}"
+            array = f"{kind}_{attribute}".replace("qpos_0", "qpos0")
             values = getattr(model, array)
             rows = values.reshape(len(values), math.prod(values.shape[1:]))
             most = _LARGEST.get(array, LARGEST)
@@ -114,7 +108,7 @@ def _check_values(model: Any, where: str) -> None:
             if not valid.all():
                 index = int(np.argmin(valid.all(axis=1)))
                 raise RobotError(
-                    f"invalid {attribute.lstrip('_')} of {_element(model, kind, index)}",
+                    f"invalid {attribute} of {_element(model, kind, index)}",
                     where=where,
                     allowed=f"finite numbers within ±{most:,.0f}, and rotations other than 0",
                     remedy="correct nan, inf, zero and huge numbers of this element in the file",
@@ -129,10 +123,14 @@ def _element(model: Any, kind: str, index: int) -> str:
         kind, index = "jnt", int(model.dof_jntid[index])
     if kind == "mesh":
         index = int(np.searchsorted(model.mesh_vertadr, index, side="right")) - 1
-    names = {"jnt": "joint", "key": "keyframe", "eq": "equality"}
-    address = int(getattr(model, f"name_{kind}adr")[index])
-    name = bytes(model.names)[address:].split(b"\0", 1)[0].decode(errors="replace")
-    return f"the {names.get(kind, kind)} {name or index!r}"
+    kind = {"jnt": "joint", "eq": "equality"}.get(kind, kind)
+    return f"the {kind} {_name(model, kind, index) or index!r}"
+
+
+def _name(model: Any, kind: str, index: int) -> str:
+    import mujoco
+
+    return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
 
 
 class _Reader:
@@ -142,7 +140,7 @@ class _Reader:
         self._repairs = repairs
         self._bodies: dict[int, Body] = {}
         self._actuators, dropped = _actuators(model)
-        names = [self._name("ACTUATOR", index) for index in dropped]
+        names = [self._name("actuator", index) for index in dropped]
         report(repairs, "dropped actuators other than motors and position servos of joints", names)
 
     def robot(self) -> RobotTree:
@@ -159,7 +157,7 @@ class _Reader:
             self._bodies[body] = self._body(body)
             if body != root:
                 self._bodies[int(model.body_parentid[body])].children.append(self._bodies[body])
-        others = [self._name("BODY", one) for one in set(model.body_rootid) - {0, root}]
+        others = [self._name("body", one) for one in set(model.body_rootid) - {0, root}]
         report(self._repairs, "dropped bodies outside the robot", others)
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
         robot = RobotTree(name, self._bodies[root], repairs=self._repairs)
@@ -173,17 +171,14 @@ class _Reader:
         return robot
 
     def _name(self, kind: str, index: int) -> str:
-        import mujoco
-
-        name = mujoco.mj_id2name(self._model, getattr(mujoco.mjtObj, f"mjOBJ_{kind}"), index)
-        return name or f"{kind.lower()} {index}"
+        return _name(self._model, kind, index) or f"{kind} {index}"
 
     def _body(self, index: int) -> Body:
         model = self._model
         turned = matrix(model.body_iquat[index])
         mass = float(model.body_mass[index])
         body = Body(
-            self._name("BODY", index),
+            self._name("body", index),
             Place(model.body_pos[index].copy(), matrix(model.body_quat[index])),
             0.0 if mass <= 1.001 * _TINY else mass,
             model.body_ipos[index].copy(),
@@ -221,7 +216,7 @@ class _Reader:
             own = float(np.abs(model.jnt_actfrcrange[index]).max())
             torque = min(torque, own) if torque else own
         return TreeJoint(
-            self._name("JOINT", index),
+            self._name("joint", index),
             _JOINTS[model.jnt_type[index]],
             model.jnt_axis[index].copy(),
             model.jnt_pos[index].copy(),
@@ -249,7 +244,7 @@ class _Reader:
             first, second = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
             data = model.eq_data[index]
             if kind == kinds.mjEQ_JOINT and second >= 0:
-                names = (self._name("JOINT", first), self._name("JOINT", second))
+                names = (self._name("joint", first), self._name("joint", second))
                 # MuJoCo's polynomial uses angles relative to the initial ones.
                 robot.couplings.append(Coupling(*names, tuple(map(float, data[:5]))))
             elif kind in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD) and self._close(
@@ -297,7 +292,7 @@ class _Reader:
         import mujoco
 
         model = self._model
-        names = [self._name("KEY", key).lower() for key in range(model.nkey)]
+        names = [self._name("key", key).lower() for key in range(model.nkey)]
         found = [key for word in _STANDING_NAMES for key, name in enumerate(names) if word in name]
         if not found:
             return None
@@ -305,7 +300,7 @@ class _Reader:
         mujoco.mj_resetDataKeyframe(model, data, found[0])
         mujoco.mj_kinematics(model, data)
         angles = {
-            self._name("JOINT", joint): float(data.qpos[model.jnt_qposadr[joint]])
+            self._name("joint", joint): float(data.qpos[model.jnt_qposadr[joint]])
             for joint in range(model.njnt)
             if model.jnt_bodyid[joint] in inside and _JOINTS[model.jnt_type[joint]] == "hinge"
         }

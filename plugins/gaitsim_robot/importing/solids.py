@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.meshes import VERTICES, box, check_vertices, hull
 from gaitsim_robot.importing.tree import Body, Floats, Place, RobotTree, Shape, report
 from gaitsim_robot.shapes import CORNERS
@@ -79,13 +79,8 @@ def _check_meshes(robot: RobotTree) -> None:
         if shape.vertices is not None
     ]
     check_vertices(sum(meshes), robot.name, VERTICES_OF_SHAPES)
-    if len(meshes) > MESHES:
-        raise RobotError(
-            f"the robot has {len(meshes):,} meshes",
-            where=robot.name,
-            allowed=f"at most {MESHES}",
-            remedy="replace most of them by boxes, cylinders and spheres",
-        )
+    remedy = "replace most of them by boxes, cylinders and spheres"
+    check_count(len(meshes), MESHES, "meshes", robot.name, remedy)
 
 
 def _reserve_ground(robot: RobotTree) -> None:
