@@ -91,14 +91,7 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
 
 
 class Finder:
-    """The search for the legs of one robot.
-
-    Args:
-        model: MuJoCo's model.
-        feet: names of links at the ends of the legs, or ().
-        stance: angles of joints by name, rad, or None.
-        facing: direction of the nose.
-    """
+    """The search for the legs of one robot, with the arguments of `find_anatomy`."""
 
     def __init__(
         self,

@@ -172,7 +172,7 @@ class Stand:
             partner = self.partners[index]
             if 0 <= partner < index:
                 angles = mirror_angles(
-                    self.limbs[partner].chain, limb.chain, self._leg_angles(partner, qpos)
+                    self.limbs[partner].chain, limb.chain, self._angles(self.limbs[partner], qpos)
                 )
                 angles = limb.chain.solve(target, angles, limb.chain.zero, limb.weights)
             else:
@@ -254,9 +254,6 @@ class Stand:
     def _angles(self, limb: Limb, qpos: Floats) -> Floats:
         angles: Floats = qpos[self._addresses(limb)]
         return angles
-
-    def _leg_angles(self, index: int, qpos: Floats) -> Floats:
-        return self._angles(self.limbs[index], qpos)
 
 
 def _distance(metres: float) -> str:

@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterator, Sequence
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+from scipy.spatial.transform import Rotation
 
 from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.files import MeshError, RobotFiles
@@ -153,21 +155,14 @@ def _matrix(node: Element) -> Floats:
             part[:3, 3] = values
         elif step.tag == "scale":
             part[:3, :3] = np.diag(values)
-        else:
-            part[:3, :3] = turn(values[:3], np.radians(values[3]))
+        elif length := np.linalg.norm(values[:3]):
+            turn = np.radians(values[3]) / length * values[:3]
+            part[:3, :3] = Rotation.from_rotvec(turn).as_matrix()
         matrix = matrix @ part
     return matrix
 
 
 _READERS: dict[str, Callable[[bytes], Floats]] = {".stl": _stl, ".obj": _obj, ".dae": _dae}
-
-
-def turn(axis: Floats, angle: float) -> Floats:
-    """Return the matrix of a rotation about an axis, (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    length = float(np.linalg.norm(axis))
-    return Rotation.from_rotvec(axis / length * angle).as_matrix() if length else np.eye(3)
 
 
 def hull(points: Floats, most: int = VERTICES) -> Floats | None:
@@ -180,8 +175,6 @@ def hull(points: Floats, most: int = VERTICES) -> Floats | None:
     Returns:
         (n, 3); None if the points are flat.
     """
-    from scipy.spatial import ConvexHull, QhullError
-
     points = np.unique(np.round(points, 9), axis=0)
     if len(points) < 4:
         return None

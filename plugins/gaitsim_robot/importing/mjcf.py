@@ -4,7 +4,9 @@ import math
 from typing import Any
 from xml.etree.ElementTree import Element, tostring
 
+import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.importing.files import RobotFiles
@@ -70,8 +72,6 @@ def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) 
 
 
 def _compiled(text: str, assets: dict[str, bytes], where: str, scale: float) -> Any:
-    import mujoco
-
     disable_log()
     try:
         spec = mujoco.MjSpec.from_string(text, assets=assets)
@@ -128,8 +128,6 @@ def _element(model: Any, kind: str, index: int) -> str:
 
 
 def _name(model: Any, kind: str, index: int) -> str:
-    import mujoco
-
     return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
 
 
@@ -175,11 +173,11 @@ class _Reader:
 
     def _body(self, index: int) -> Body:
         model = self._model
-        turned = matrix(model.body_iquat[index])
+        turned = _rotation(model.body_iquat[index])
         mass = float(model.body_mass[index])
         body = Body(
             self._name("body", index),
-            Place(model.body_pos[index].copy(), matrix(model.body_quat[index])),
+            Place(model.body_pos[index].copy(), _rotation(model.body_quat[index])),
             0.0 if mass <= 1.001 * _TINY else mass,
             model.body_ipos[index].copy(),
             turned @ np.diag(model.body_inertia[index]) @ turned.T,
@@ -195,7 +193,7 @@ class _Reader:
 
     def _shape(self, geom: int, kind: str) -> Shape:
         model = self._model
-        place = Place(model.geom_pos[geom].copy(), matrix(model.geom_quat[geom]))
+        place = Place(model.geom_pos[geom].copy(), _rotation(model.geom_quat[geom]))
         contype, conaffinity = int(model.geom_contype[geom]), int(model.geom_conaffinity[geom])
         return Shape(
             kind,
@@ -234,8 +232,6 @@ class _Reader:
         )
 
     def _equalities(self, robot: RobotTree) -> None:
-        import mujoco
-
         model = self._model
         kinds = mujoco.mjtEq
         lost: set[str] = set()
@@ -257,21 +253,19 @@ class _Reader:
             self._repairs.append(f"dropped equality constraints: {', '.join(sorted(lost))}")
 
     def _close(self, robot: RobotTree, index: int, weld: bool) -> bool:
-        import mujoco
-
         model = self._model
         ids = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
         data = model.eq_data[index]
         if model.eq_objtype[index] == mujoco.mjtObj.mjOBJ_SITE:
             bodies = [int(model.site_bodyid[one]) for one in ids]
             places = [
-                Place(model.site_pos[one].copy(), matrix(model.site_quat[one])) for one in ids
+                Place(model.site_pos[one].copy(), _rotation(model.site_quat[one])) for one in ids
             ]
         else:
             bodies = list(ids)
             places = [Place(data[:3].copy()), Place(data[3:6].copy())]
             if weld:
-                places = [Place(data[3:6].copy(), matrix(data[6:10])), Place(data[:3].copy())]
+                places = [Place(data[3:6].copy(), _rotation(data[6:10])), Place(data[:3].copy())]
         if not all(body in self._bodies for body in bodies):
             return False
         names = f"closure {index} a", f"closure {index} b"
@@ -289,8 +283,6 @@ class _Reader:
 
     def _stand(self, root: int, inside: list[int]) -> tuple[Place, dict[str, float]] | None:
         """Return the pose of the keyframe whose name contains `stand` or `home`."""
-        import mujoco
-
         model = self._model
         names = [self._name("key", key).lower() for key in range(model.nkey)]
         found = [key for word in _STANDING_NAMES for key, name in enumerate(names) if word in name]
@@ -317,8 +309,6 @@ def _actuators(model: Any) -> tuple[dict[int, tuple[float, float, float]], list[
         The largest torque, N·m, stiffness, N·m/rad, and damping, N·m·s/rad, of each joint's
         actuators, 0 if there is none; and the indices of dropped actuators.
     """
-    import mujoco
-
     found: dict[int, tuple[float, float, float]] = {}
     velocity: list[tuple[int, int]] = []
     dropped: list[int] = []
@@ -358,9 +348,7 @@ def _actuators(model: Any) -> tuple[dict[int, tuple[float, float, float]], list[
 _ON_JOINTS = (0, 1)  # mjTRN_JOINT and mjTRN_JOINTINPARENT
 
 
-def matrix(quaternion: Floats) -> Floats:
-    """Return the rotation of a quaternion (w, x, y, z), (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    rotation: Floats = Rotation.from_quat(np.roll(quaternion, -1)).as_matrix()
-    return rotation
+def _rotation(quaternion: Floats) -> Floats:
+    """Return the matrix of a quaternion (w, x, y, z), (3, 3)."""
+    matrix: Floats = Rotation.from_quat(quaternion, scalar_first=True).as_matrix()
+    return matrix

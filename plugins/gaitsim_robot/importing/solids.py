@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.spatial import ConvexHull
 
 from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.meshes import VERTICES, box, check_vertices, hull
@@ -266,8 +267,6 @@ def _half(shape: Shape) -> Floats:
 
 def _volume(body: Body) -> tuple[float, Floats]:
     """Return the volume of a body's shapes, m³, and its centre, (3,) m."""
-    from scipy.spatial import ConvexHull
-
     total, moment = 0.0, np.zeros(3)
     for shape in body.shapes:
         centre = shape.place.position

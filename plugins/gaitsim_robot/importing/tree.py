@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from gaitsim_robot.errors import format_names
 
@@ -381,10 +382,7 @@ def _place(place: Place) -> dict[str, str]:
 
 
 def _quaternion(rotation: Floats) -> Floats:
-    from scipy.spatial.transform import Rotation
-
-    values = np.roll(Rotation.from_matrix(rotation).as_quat(), 1)
-    return values if values[0] >= 0 else -values
+    return Rotation.from_matrix(rotation).as_quat(canonical=True, scalar_first=True)
 
 
 def _numbers(values: object, digits: int = 6) -> str:

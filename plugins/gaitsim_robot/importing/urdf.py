@@ -3,6 +3,7 @@
 from xml.etree.ElementTree import Element
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gaitsim_robot.errors import RobotError, format_names
 from gaitsim_robot.importing.files import RobotFiles
@@ -54,6 +55,8 @@ class _Reader:
         self._where = where
         self._repairs: list[str] = []
         self._swapped: list[str] = []
+        self._children: set[str] = set()
+        self._couplings: list[Coupling] = []
         self._y_up: list[tuple[Body, Shape]] = []
         compiler = root.find("mujoco/compiler")
         meshes = "" if compiler is None else compiler.get("meshdir", "")
@@ -70,17 +73,16 @@ class _Reader:
         bodies = {name: self._body(name, link) for name, link in links.items()}
         if turn_up(self._y_up):
             self._repairs.append("COLLADA meshes rotated from y up to z up")
-        parents: dict[str, str] = {}
-        couplings: list[Coupling] = []
         for element in self._root.iterfind("joint"):
-            self._attach(element, bodies, parents, couplings)
+            self._attach(element, bodies)
         report(self._repairs, SWAPPED, self._swapped)
-        root = self._topmost(bodies, parents)
+        root = self._topmost(bodies)
         self._repairs += self._files.describe_missing()
-        return RobotTree(self._root.get("name", ""), root, couplings, repairs=self._repairs)
+        name = self._root.get("name", "")
+        return RobotTree(name, root, self._couplings, repairs=self._repairs)
 
-    def _topmost(self, bodies: dict[str, Body], parents: dict[str, str]) -> Body:
-        tops = [bodies[name] for name in bodies if name not in parents]
+    def _topmost(self, bodies: dict[str, Body]) -> Body:
+        tops = [bodies[name] for name in bodies if name not in self._children]
         if sum(1 for top in tops for _ in top.walk()) < len(bodies):
             raise RobotError(
                 "the links of the URDF form a loop",
@@ -116,8 +118,8 @@ class _Reader:
     def _place(self, element: Element | None, where: str) -> Place:
         if element is None:
             return Place()
-        roll, pitch, yaw = self._vector(element, "rpy", where)
-        return Place(self._vector(element, "xyz", where), rotation(roll, pitch, yaw))
+        turn = Rotation.from_euler("xyz", self._vector(element, "rpy", where))  # about fixed axes
+        return Place(self._vector(element, "xyz", where), turn.as_matrix())
 
     def _vector(self, element: Element, key: str, where: str) -> Floats:
         words = element.get(key, "").split()
@@ -195,13 +197,7 @@ class _Reader:
         self._repairs.append(f"dropped unknown geometry <{solid.tag[:40]}>")
         return None
 
-    def _attach(
-        self,
-        element: Element,
-        bodies: dict[str, Body],
-        parents: dict[str, str],
-        couplings: list[Coupling],
-    ) -> None:
+    def _attach(self, element: Element, bodies: dict[str, Body]) -> None:
         name = self._name(element)
         where = f"{self._where}, joint {name!r}"
 
@@ -217,13 +213,13 @@ class _Reader:
             return found
 
         parent, child = link("parent"), link("child")
-        if child in parents:
+        if child in self._children:
             raise RobotError(
                 f"link {child!r} has two parents: a URDF cannot describe a closed linkage",
                 where=where,
                 remedy="remove one of the joints, or write the robot as MJCF with <connect>",
             )
-        parents[child] = parent
+        self._children.add(child)
         body = bodies[child]
         body.place = self._place(element.find("origin"), where)
         bodies[parent].children.append(body)
@@ -243,7 +239,7 @@ class _Reader:
             if mimic is not None:
                 offset = number(mimic.get("offset"), 0.0, where)
                 factor = number(mimic.get("multiplier"), 1.0, where)
-                couplings.append(Coupling(name, mimic.get("joint", ""), (offset, factor)))
+                self._couplings.append(Coupling(name, mimic.get("joint", ""), (offset, factor)))
 
     def _joint(self, element: Element, name: str, kind: str, where: str) -> TreeJoint | None:
         axis_element = element.find("axis")
@@ -257,14 +253,12 @@ class _Reader:
         joint = TreeJoint(name, _KINDS[kind], axis / np.linalg.norm(axis))
         limit = element.find("limit")
         if limit is not None:
-
-            def bound(key: str) -> float | None:
-                return _limit_value(limit.get(key), where)
-
-            low, high = bound("lower"), bound("upper")
-            joint.torque = max(bound("effort") or 0.0, 0.0)
-            joint.speed = max(bound("velocity") or 0.0, 0.0)
-            if kind == "revolute" and low is not None and high is not None:
+            low, high, torque, speed = (  # infinite, or huge such as 1e16, for no limit
+                number(limit.get(key), 0.0, where, np.inf)
+                for key in ("lower", "upper", "effort", "velocity")
+            )
+            joint.torque, joint.speed = max(torque, 0.0), max(speed, 0.0)
+            if kind == "revolute" and {"lower", "upper"} <= limit.attrib.keys():
                 if low == high:
                     self._repairs.append(f"joint {name!r} fixed, because its range is empty")
                     return None
@@ -282,24 +276,3 @@ class _Reader:
 
 def _hinges(body: Body) -> int:
     return sum(joint.kind == "hinge" for part in body.walk() for joint in part.joints)
-
-
-def _limit_value(text: str | None, where: str) -> float | None:
-    """Return a limit, which may be infinite, or huge such as 1e16; None if it is missing."""
-    if text is None:
-        return None
-    try:
-        value = float(text)
-    except ValueError:
-        value = np.nan
-    if np.isnan(value):
-        raise RobotError(f"invalid value {text[:80]!r}", where=where, allowed="a number")
-    return value
-
-
-def rotation(roll: float, pitch: float, yaw: float) -> Floats:
-    """Return the matrix of URDF's angles, rad, about the fixed axes x, y and then z, (3, 3)."""
-    from scipy.spatial.transform import Rotation
-
-    matrix: Floats = Rotation.from_euler("xyz", [roll, pitch, yaw]).as_matrix()
-    return matrix
