@@ -144,11 +144,9 @@ def load_simulation(
     """
     corners = corners_for(seconds) if dict(world).get("unevenness") else 0
     with _compilation:
-        return (
-            _simulation_in_world(compiled, world, corners)
-            if world
-            else _nominal_simulation(*compiled)
-        )
+        if not world:
+            return _nominal_simulation(*compiled)
+        return _simulation_in_world(compiled, world, corners)
 
 
 @lru_cache(maxsize=64)  # a report of adaptations alternates between many damaged robots
@@ -268,10 +266,9 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
     """Return the limits of servos; joints with equal servos share a line."""
     groups: dict[str, list[str]] = {}
     for joint, servo in servos.items():
-        assumed = (
-            f" ({servo.source})" if servo.name == "model" and servo.source != FROM_FILE else ""
-        )
-        groups.setdefault(f"{servo.name}: {_limits(servo)}{assumed}", []).append(joint)
+        exact = servo.name != "model" or servo.source == FROM_FILE
+        source = "" if exact else f" ({servo.source})"
+        groups.setdefault(f"{servo.name}: {_limits(servo)}{source}", []).append(joint)
     if len(groups) == 1:
         return {"all": next(iter(groups))}
     return {shorten(joints, 3): limits for limits, joints in groups.items()}

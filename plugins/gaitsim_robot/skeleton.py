@@ -15,15 +15,6 @@ from gaitsim_robot.figure import TRUNK, body_poses, figure
 from gaitsim_robot.simulation import Simulation
 
 
-def place_on_ground(skeleton: Skeleton, simulation: Simulation) -> Skeleton:
-    """Rotate a skeleton by the slope about the start, and add the ground."""
-    bumps = simulation.ground
-    if bumps is not None:
-        x, y = np.array(bumps.corner) - simulation.start[1:3]
-        bumps = replace(bumps, corner=(float(x), float(y)))
-    return place_on_slope(skeleton, simulation.world, bumps)
-
-
 def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
     """Return the body of one individual over time, on the ground of its world."""
     level = robot_skeleton(
@@ -35,7 +26,11 @@ def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleto
         simulation.start[1:3],
         simulation.damage,
     )
-    return place_on_ground(level, simulation)
+    bumps = simulation.ground
+    if bumps is not None:
+        x, y = np.array(bumps.corner) - simulation.start[1:3]
+        bumps = replace(bumps, corner=(float(x), float(y)))
+    return place_on_slope(level, simulation.world, bumps)
 
 
 def robot_skeleton(
@@ -99,18 +94,15 @@ def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | No
     stuck = {one.part for one in damage if is_stuck(one)}
     turning = {name for name in anatomy.joints if name not in stuck}
     # A link's origin is on its joint's axis, but a body's need not be: shift points accordingly.
-    links, shifts = [_trunk(model, anatomy)], {TRUNK: np.zeros(3)}
+    # The trunk is rotated as in the standing pose, as up and forward vary between files.
+    links = [Link(_name(model, TRUNK), rotation=_quaternion(anatomy.stance[3:7]))]
+    shifts = {TRUNK: np.zeros(3)}
     names = {TRUNK: links[0].name}
     for body in range(TRUNK + 1, model.nbody):
         parent = int(model.body_parentid[body])
-        found, shifts[body] = _links(
-            model,
-            body,
-            names[parent],
-            shifts[parent],
-            anatomy.stance,
-            set() if body in lost else turning,
-        )
+        moving = set() if body in lost else turning
+        carrier = names[parent], shifts[parent]
+        found, shifts[body] = _links(model, body, *carrier, anatomy.stance, moving)
         links += found
         names[body] = found[-1].name
     drawing = figure(model, anatomy, damage)
@@ -137,11 +129,6 @@ def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | No
         links_of(drawing.owners),
         drawing.damaged,
     )
-
-
-def _trunk(model: Any, anatomy: Anatomy) -> Link:
-    """Return the trunk, rotated as in the standing pose, as up and forward vary between files."""
-    return Link(_name(model, TRUNK), rotation=_quaternion(anatomy.stance[3:7]))
 
 
 def _links(

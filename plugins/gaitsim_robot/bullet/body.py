@@ -72,11 +72,7 @@ class BulletBody:
         return angles + self.model.qpos0[self._angles], speeds
 
     def step(self, torques: Floats) -> dict[int, Contact]:
-        """Simulate a step; return the contacts with the ground by the index of the link.
-
-        Args:
-            torques: torques on the joints, (joints,) N m.
-        """
+        """Simulate a step with torques, (joints,) N m; return the contacts as `Ground.contacts`."""
         client = self.client
         client.setJointMotorControlArray(
             self.number, self.moving, client.TORQUE_CONTROL, forces=torques.tolist()
@@ -190,15 +186,9 @@ class BulletBody:
                 self.number, index, client.VELOCITY_CONTROL, force=friction
             )
             if link.geared >= 0:
+                ends, middle = (self.number, link.geared, self.number, index), [0.0, 0.0, 0.0]
                 gears = client.createConstraint(
-                    self.number,
-                    link.geared,
-                    self.number,
-                    index,
-                    client.JOINT_GEAR,
-                    link.axis.tolist(),
-                    [0.0, 0.0, 0.0],
-                    [0.0, 0.0, 0.0],
+                    *ends, client.JOINT_GEAR, link.axis.tolist(), middle, middle
                 )
                 client.changeConstraint(gears, gearRatio=1 / RATIO, maxForce=STRONG, erp=0.0)
 

@@ -10,7 +10,7 @@ from gaitsim_robot.errors import RobotError, check_count
 from gaitsim_robot.importing.files import MODEL_BYTES, RobotFiles
 from gaitsim_robot.importing.meshes import check_vertices, count_vertices
 from gaitsim_robot.importing.tree import SWAPPED, Floats, report
-from gaitsim_robot.markup import check_elements, numbers, parse
+from gaitsim_robot.markup import check_elements, number, numbers, parse
 
 _TURNED = frozenset({"quat", "euler", "axisangle", "xyaxes", "zaxis"})
 
@@ -215,7 +215,8 @@ def check_size(root: Element, assets: Mapping[str, bytes], where: str) -> None:
     while pending:
         element, copies = pending.pop()
         if element.tag == "replicate":
-            copies *= max(_replicates(element, where), 1)
+            count = number(element.get("count"), 1.0, f"{where}, <replicate>")
+            copies *= max(int(count), 1)
             largest = max(largest, copies)
         bodies += copies * (element.tag == "body")
         total += copies
@@ -234,17 +235,6 @@ def check_size(root: Element, assets: Mapping[str, bytes], where: str) -> None:
 _REFERRING = ("actuator", "contact", "equality", "tendon")
 
 
-def _replicates(element: Element, where: str) -> int:
-    try:
-        return int(element.get("count", ""))
-    except ValueError:
-        raise RobotError(
-            f"invalid count of <replicate>: {element.get('count', '')[:80]!r}",
-            where=where,
-            allowed="a whole number",
-        ) from None
-
-
 def _mesh_size(mesh: Element, assets: Mapping[str, bytes], where: str) -> int:
     """Return the number of vertices of a mesh, or an upper bound for it."""
     file = mesh.get("file")
@@ -252,14 +242,6 @@ def _mesh_size(mesh: Element, assets: Mapping[str, bytes], where: str) -> int:
         return count_vertices(assets[file], PurePosixPath(file).suffix)
     if "builtin" not in mesh.attrib:
         return len(mesh.get("vertex", "").split()) // 3
-    try:
-        values = [float(word) for word in mesh.get("params", "0").split()]
-    except ValueError:
-        values = [np.nan]
-    if not all(abs(value) <= FINEST for value in values):
-        raise RobotError(
-            f"invalid params {mesh.get('params', '')[:80]!r} of the mesh {mesh.get('name', '')!r}",
-            where=where,
-            allowed=f"numbers within ±{FINEST:g}",
-        )
-    return int(max(values, default=0.0)) ** 2
+    params = mesh.get("params") or "0"
+    place = f"{where}, params of the mesh {mesh.get('name', '')!r}"
+    return int(numbers(params, len(params.split()), "", place, FINEST).max()) ** 2

@@ -124,16 +124,11 @@ def _merge_massless(robot: RobotTree) -> None:
 
 def _warn_of_degrees(robot: RobotTree) -> None:
     """Warn if most limits look like degrees: several turns if read as radians, but at most 360°."""
-    ranges = {
-        joint.name: joint.range
-        for joint in robot.joints
-        if joint.range is not None and np.isfinite(joint.range).all()
-    }
-    suspicious = {
-        name: ends for name, ends in ranges.items() if DEGREES <= max(map(abs, ends)) <= 360
-    }
+    given = [(joint.name, joint.range) for joint in robot.joints if joint.range is not None]
+    ranges = [(name, ends) for name, ends in given if np.isfinite(ends).all()]
+    suspicious = [one for one in ranges if DEGREES <= max(map(abs, one[1])) <= 360]
     if suspicious and 2 * len(suspicious) >= len(ranges):
-        name, (low, high) = next(iter(suspicious.items()))
+        name, (low, high) = suspicious[0]
         robot.warnings.append(
             f"the limits of {len(suspicious)} of {len(ranges)} joints are probably degrees, as "
             f"radians would be several turns, such as {low:.4g} to {high:.4g} of {name!r}; write "
@@ -168,11 +163,8 @@ def _assume_limits(robot: RobotTree) -> None:
 def _filter_couplings(robot: RobotTree) -> None:
     """Keep only the couplings between existing joints."""
     joints = {joint.name for joint in robot.joints}
-    wanted = len(robot.couplings)
-    robot.couplings = [
-        one
-        for one in robot.couplings
-        if {one.follower, one.leader} <= joints and one.follower != one.leader
-    ]
-    if lost := wanted - len(robot.couplings):
+    couplings = [one for one in robot.couplings if one.follower != one.leader]
+    couplings = [one for one in couplings if {one.follower, one.leader} <= joints]
+    if lost := len(robot.couplings) - len(couplings):
         robot.repairs.append(f"dropped couplings to fixed or missing joints: {lost}")
+    robot.couplings = couplings

@@ -209,7 +209,7 @@ class _Reader:
         model = self._model
         dof, angle = model.jnt_dofadr[index], model.jnt_qposadr[index]
         limits = tuple(map(float, model.jnt_range[index])) if model.jnt_limited[index] else None
-        torque, stiffness, damping = self._actuators.get(index, (0.0, 0.0, 0.0))
+        torque, stiffness, damping = self._actuators[index].tolist()
         if model.jnt_actfrclimited[index]:
             own = float(np.abs(model.jnt_actfrcrange[index]).max())
             torque = min(torque, own) if torque else own
@@ -299,7 +299,7 @@ class _Reader:
         return Place(data.xpos[root].copy(), data.xmat[root].reshape(3, 3).copy()), angles
 
 
-def _actuators(model: Any) -> tuple[dict[int, tuple[float, float, float]], list[int]]:
+def _actuators(model: Any) -> tuple[Floats, list[int]]:
     """Return what the actuators of joints do, and the actuators that gaitsim cannot represent.
 
     The force of a position actuator is `kp · (control − angle) − kv · speed`. A joint may have a
@@ -307,9 +307,9 @@ def _actuators(model: Any) -> tuple[dict[int, tuple[float, float, float]], list[
 
     Returns:
         The largest torque, N·m, stiffness, N·m/rad, and damping, N·m·s/rad, of each joint's
-        actuators, 0 if there is none; and the indices of dropped actuators.
+        actuators, 0 if there is none, (joints, 3); and the indices of dropped actuators.
     """
-    found: dict[int, tuple[float, float, float]] = {}
+    found = np.zeros((model.njnt, 3))
     velocity: list[tuple[int, int]] = []
     dropped: list[int] = []
     for actuator in range(model.nu):
@@ -330,17 +330,13 @@ def _actuators(model: Any) -> tuple[dict[int, tuple[float, float, float]], list[
         elif model.actuator_ctrllimited[actuator] and bias == mujoco.mjtBias.mjBIAS_NONE:
             command = float(np.abs(model.actuator_ctrlrange[actuator]).max())
             force = command * abs(float(model.actuator_gainprm[actuator, 0]))
-        before = found.get(joint, (0.0, 0.0, 0.0))
-        found[joint] = (
-            max(before[0], force * gear),
-            max(before[1], stiffness),
-            before[2] + max(damping, 0.0),
-        )
+        found[joint, :2] = np.maximum(found[joint, :2], (force * gear, stiffness))
+        found[joint, 2] += max(damping, 0.0)
         if bias == mujoco.mjtBias.mjBIAS_AFFINE and not stiffness > 0:
             velocity.append((actuator, joint))
     for actuator, joint in velocity:
-        if not found[joint][1]:
-            found[joint] = found[joint][0], 0.0, 0.0
+        if not found[joint, 1]:
+            found[joint, 2] = 0.0
             dropped.append(actuator)
     return found, sorted(dropped)
 

@@ -234,21 +234,21 @@ class _Writer:
         self._robot = robot
         self._meshes = Element("asset")
         self._used: dict[str, set[str]] = {"body": {"world"}}  # reserved by MuJoCo
+        # Writing the bodies makes their names unique; constraints then refer to the new names.
+        self._bodies: dict[str, str] = {}
+        self._joints: dict[str, str] = {}
 
     def text(self) -> str:
         robot = self._robot
         root = Element("mujoco", model=_clean(robot.name) or "robot")
         SubElement(root, "compiler", angle="radian")
         world = Element("worldbody")
-        # Writing the bodies makes their names unique; constraints then refer to the new names.
-        names: dict[str, str] = {}
-        joints: dict[str, str] = {}
-        self._body(world, robot.root, names, joints)
+        self._body(world, robot.root)
         if len(self._meshes):
             root.append(self._meshes)
         root.append(world)
-        self._excludes(root, names)
-        self._equalities(root, joints)
+        self._excludes(root)
+        self._equalities(root)
         self._stand(root)
         indent(root, " ")
         return tostring(root, "unicode") + "\n"
@@ -263,29 +263,27 @@ class _Writer:
         used.add(name)
         return name
 
-    def _body(
-        self, parent: Element, body: Body, names: dict[str, str], joints: dict[str, str]
-    ) -> None:
-        name = names[body.name] = self._name("body", body.name)
+    def _body(self, parent: Element, body: Body) -> None:
+        name = self._bodies[body.name] = self._name("body", body.name)
         element = SubElement(parent, "body", {"name": name} | _place(body.place))
         if body is self._robot.root:
             SubElement(element, "freejoint", name=self._name("joint", name))
         inertial = {"pos": _numbers(body.centre), "mass": _number(body.mass)}
         SubElement(element, "inertial", inertial | _inertia(body.inertia))
         for joint in body.joints:
-            joints[joint.name] = self._name("joint", joint.name)
-            if joints[joint.name] != joint.name:
+            new = self._joints[joint.name] = self._name("joint", joint.name)
+            if new != joint.name:
                 self._robot.repairs.append(
-                    f"joint {joint.name[:100]!r} renamed to {joints[joint.name]!r}: names must be "
-                    "unique and printable, and must not look like a formula"
+                    f"joint {joint.name[:100]!r} renamed to {new!r}: names must be unique and "
+                    "printable, and must not look like a formula"
                 )
-            SubElement(element, "joint", {"name": joints[joint.name]} | _joint(joint))
+            SubElement(element, "joint", {"name": new} | _joint(joint))
         for shape in body.shapes:
             self._shape(element, shape)
         for site, place in body.sites.items():
             SubElement(element, "site", {"name": site} | _place(place))
         for child in body.children:
-            self._body(element, child, names, joints)
+            self._body(element, child)
 
     def _shape(self, parent: Element, shape: Shape) -> None:
         attributes = {"type": shape.kind}
@@ -301,27 +299,23 @@ class _Writer:
             attributes |= {"contype": str(shape.contype), "conaffinity": str(shape.conaffinity)}
         SubElement(parent, "geom", attributes)
 
-    def _excludes(self, root: Element, names: dict[str, str]) -> None:
-        pairs = sorted({(names[first], names[second]) for first, second in self._robot.excludes})
+    def _excludes(self, root: Element) -> None:
+        names, excludes = self._bodies, self._robot.excludes
+        pairs = sorted({(names[first], names[second]) for first, second in excludes})
         if pairs:
             contact = SubElement(root, "contact")
             for first, second in pairs:
                 SubElement(contact, "exclude", body1=first, body2=second)
 
-    def _equalities(self, root: Element, joints: dict[str, str]) -> None:
+    def _equalities(self, root: Element) -> None:
         robot = self._robot
         if not (robot.couplings or robot.closures):
             return
         equality = SubElement(root, "equality")
         for coupling in robot.couplings:
-            values = (*coupling.coefficients, 0.0, 0.0, 0.0, 0.0, 0.0)[:5]
-            SubElement(
-                equality,
-                "joint",
-                joint1=joints[coupling.follower],
-                joint2=joints[coupling.leader],
-                polycoef=_numbers(values),
-            )
+            values = _numbers((*coupling.coefficients, 0.0, 0.0, 0.0, 0.0, 0.0)[:5])
+            follower, leader = (self._joints[one] for one in (coupling.follower, coupling.leader))
+            SubElement(equality, "joint", joint1=follower, joint2=leader, polycoef=values)
         for closure in robot.closures:
             SubElement(equality, closure.kind, site1=closure.first, site2=closure.second)
 
@@ -382,7 +376,8 @@ def _place(place: Place) -> dict[str, str]:
 
 
 def _quaternion(rotation: Floats) -> Floats:
-    return Rotation.from_matrix(rotation).as_quat(canonical=True, scalar_first=True)
+    values = Rotation.from_matrix(rotation).as_quat(scalar_first=True)
+    return values if values[0] >= 0 else -values
 
 
 def _numbers(values: object, digits: int = 6) -> str:

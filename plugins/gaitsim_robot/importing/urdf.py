@@ -58,8 +58,7 @@ class _Reader:
         self._children: set[str] = set()
         self._couplings: list[Coupling] = []
         self._y_up: list[tuple[Body, Shape]] = []
-        compiler = root.find("mujoco/compiler")
-        meshes = "" if compiler is None else compiler.get("meshdir", "")
+        meshes = _get(root, "mujoco/compiler", "meshdir")
         self._meshes = MeshFiles(files, ("", meshes) if meshes else ("",))
 
     def robot(self) -> RobotTree:
@@ -133,8 +132,7 @@ class _Reader:
         inertial = link.find("inertial")
         if inertial is not None:
             place = self._place(inertial.find("origin"), where)
-            mass = inertial.find("mass")
-            body.mass = number(None if mass is None else mass.get("value"), 0.0, where)
+            body.mass = number(_get(inertial, "mass", "value"), 0.0, where)
             if body.mass < 0:
                 raise RobotError(
                     f"the mass is negative: {body.mass:g} kg", where=where, allowed="0 kg or more"
@@ -202,8 +200,7 @@ class _Reader:
         where = f"{self._where}, joint {name!r}"
 
         def link(tag: str) -> str:
-            end = element.find(tag)
-            found = "" if end is None else end.get("link", "")
+            found = _get(element, tag, "link") or ""
             if found not in bodies:
                 raise RobotError(
                     f"the {tag} link {found!r} does not exist",
@@ -242,8 +239,7 @@ class _Reader:
                 self._couplings.append(Coupling(name, mimic.get("joint", ""), (offset, factor)))
 
     def _joint(self, element: Element, name: str, kind: str, where: str) -> TreeJoint | None:
-        axis_element = element.find("axis")
-        axis = numbers(None if axis_element is None else axis_element.get("xyz"), 3, "1 0 0", where)
+        axis = numbers(_get(element, "axis", "xyz"), 3, "1 0 0", where)
         if not np.linalg.norm(axis) > 1e-6:
             if _KINDS[kind] == "hinge":
                 raise RobotError(
@@ -251,27 +247,31 @@ class _Reader:
                 )
             axis = np.array([1.0, 0.0, 0.0])
         joint = TreeJoint(name, _KINDS[kind], axis / np.linalg.norm(axis))
-        limit = element.find("limit")
-        if limit is not None:
-            low, high, torque, speed = (  # infinite, or huge such as 1e16, for no limit
-                number(limit.get(key), 0.0, where, np.inf)
-                for key in ("lower", "upper", "effort", "velocity")
-            )
-            joint.torque, joint.speed = max(torque, 0.0), max(speed, 0.0)
-            if kind == "revolute" and {"lower", "upper"} <= limit.attrib.keys():
-                if low == high:
-                    self._repairs.append(f"joint {name!r} fixed, because its range is empty")
-                    return None
-                if low > high:
-                    self._swapped.append(f"{name} ({low:.4g} to {high:.4g})")
-                joint.range = (min(low, high), max(low, high))
+        low, high, torque, speed = (  # infinite, or huge such as 1e16, for no limit
+            number(_get(element, "limit", key), 0.0, where, np.inf)
+            for key in ("lower", "upper", "effort", "velocity")
+        )
+        joint.torque, joint.speed = max(torque, 0.0), max(speed, 0.0)
+        if kind == "revolute" and element.find("limit[@lower][@upper]") is not None:
+            if low == high:
+                self._repairs.append(f"joint {name!r} fixed, because its range is empty")
+                return None
+            if low > high:
+                self._swapped.append(f"{name} ({low:.4g} to {high:.4g})")
+            joint.range = (min(low, high), max(low, high))
         if kind == "continuous":
             joint.range = (-np.inf, np.inf)
-        dynamics = element.find("dynamics")
-        if dynamics is not None:
-            joint.damping = max(number(dynamics.get("damping"), 0.0, where), 0.0)
-            joint.friction = max(number(dynamics.get("friction"), 0.0, where), 0.0)
+        joint.damping, joint.friction = (
+            max(number(_get(element, "dynamics", key), 0.0, where), 0.0)
+            for key in ("damping", "friction")
+        )
         return joint
+
+
+def _get(element: Element, path: str, key: str) -> str | None:
+    """Return the attribute of an element below `element`, or None if one of them is missing."""
+    found = element.find(path)
+    return None if found is None else found.get(key)
 
 
 def _hinges(body: Body) -> int:
