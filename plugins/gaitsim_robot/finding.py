@@ -123,9 +123,8 @@ class Finder:
         surface = surfaces(self.model)
         points = surface.place(data)
         apart = float(np.ptp(data.xanchor[1:], axis=0).max())
-        for body in range(1, self.model.nbody):
-            of_link = surface.points_on(np.array([body]))
-            size = float(np.ptp(points[of_link], axis=0).max(initial=0.0)) if len(of_link) else 0.0
+        for body in np.unique(surface.bodies).tolist():
+            size = float(np.ptp(points[surface.bodies == body], axis=0).max())
             if size > OVERSIZED * apart > 0:
                 raise GaitsimError(
                     f"the link {self.model.body(body).name!r} is {size:.3g} m long, although all "
@@ -277,14 +276,14 @@ class Finder:
                 )
             )
         of_legs = {joint for leg in legs for joint in leg.joints}
-        held = [model.joint(index).name for index in range(1, model.njnt)]
+        joints = [model.joint(index).name for index in range(1, model.njnt)]
         if len(legs) == 2 and not all(min(leg.sole) > 0 for leg in legs):
             notes = (*notes, "two feet without soles: the robot stands only while it balances")
         trunk = _trunk_length(stand, points)
         length = max(trunk, stand.reach) if len(legs) == 2 else trunk
         return Anatomy(
             tuple(legs),
-            tuple(name for name in held if name not in of_legs),
+            tuple(name for name in joints if name not in of_legs),
             standing,
             float(model.body_subtreemass[1]),
             length,

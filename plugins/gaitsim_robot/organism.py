@@ -286,12 +286,10 @@ class Robot(Organism):
 
     def describe(self) -> Facts:
         """Describe mass, legs, servos, standing pose, damage and world."""
-        conditions, servos = self.conditions(), load_servos(self.text, self.anatomy, self._servo)
+        servos = load_servos(self.text, self.anatomy, self._servo)
+        units = {name: condition.unit for name, condition in self.conditions().items()}
         world = {
-            name: f"{value:g} {conditions[name].unit}".rstrip()
-            if name in conditions
-            else f"{value:g}"
-            for name, value in self.world.items()
+            name: f"{value:g} {units.get(name, '')}".rstrip() for name, value in self.world.items()
         }
         return describe_robot(self.simulation, servos, world)
 

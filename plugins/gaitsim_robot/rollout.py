@@ -253,6 +253,7 @@ def walk(
     torso = qpos[..., :3] - np.array([*simulation.start[1:3], 0.0])
     record.load[:, 0] = record.load[:, 1]  # the robot is standing before the start
     stance = record.load[..., 2] > 0
+    weight = simulation.anatomy.mass * float(norm(simulation.model.opt.gravity))
     return Motion(
         FRAME_RATE,
         {
@@ -274,7 +275,7 @@ def walk(
             "energy": record.work,
             STRIDE_FREQUENCY: np.zeros(len(commands)) if frequency is None else frequency,
             "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
-            "weight": np.full(len(commands), _weight(simulation)),
+            "weight": np.full(len(commands), weight),
             "length": np.full(len(commands), simulation.anatomy.length),
             "configuration": qpos,
         },
@@ -293,11 +294,6 @@ def _continuous_torque(simulation: Simulation) -> Floats:
     """Return the torque that servos can deliver continuously, (joints,) N m; 0 if unknown."""
     servos = [simulation.servos[name] for name in simulation.anatomy.joints]
     return np.array([servo.continuous * servo.stall_torque for servo in servos])
-
-
-def _weight(simulation: Simulation) -> float:
-    """Return the weight of the whole robot, N."""
-    return simulation.anatomy.mass * float(norm(simulation.model.opt.gravity))
 
 
 def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:

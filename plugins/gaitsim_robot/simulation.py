@@ -318,12 +318,7 @@ def build(
 
     legs = tuple(leg.name for leg in anatomy.legs)
     qpos = np.array([model.joint(name).qposadr[0] for name in anatomy.joints], np.intp)
-    rest = np.array(
-        [
-            anatomy.stance[model.jnt_qposadr[model.actuator_trnid[servo, 0]]]
-            for servo in range(model.nu)
-        ]
-    )
+    rest = anatomy.stance[model.jnt_qposadr[model.actuator_trnid[:, 0]]]
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
     start, stands, effort = settle(model, anatomy.stance, rest, belly, height)

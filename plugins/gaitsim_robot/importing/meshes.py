@@ -240,29 +240,29 @@ _Y_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])  # a quar
 
 
 class MeshFiles:
-    """Vertices of meshes by their names in a URDF; each file is decoded once."""
+    """Vertices of meshes by their names in a URDF; each file is decoded once.
+
+    Attributes:
+        y_up: names of the decoded meshes that declare that y points up.
+    """
 
     def __init__(self, files: RobotFiles, folders: Sequence[str]) -> None:
         self._files = files
         self._folders = folders
         self._decoded: dict[str, Floats | None] = {}
-        self._y_up: set[str] = set()
+        self.y_up: set[str] = set()
 
     def vertices(self, name: str) -> Floats | None:
         """Return the vertices, (n, 3) m, or None if the mesh cannot be used."""
 
         def read(data: bytes, suffix: str) -> Floats:
             if suffix == ".dae" and b"Y_UP" in data:
-                self._y_up.add(name)
+                self.y_up.add(name)
             return decode(data, suffix)
 
         if name not in self._decoded:
             self._decoded[name] = self._files.load_mesh(name, self._folders, read)
         return self._decoded[name]
-
-    def is_y_up(self, name: str) -> bool:
-        """Return whether a mesh that was read declares that y points up."""
-        return name in self._y_up
 
 
 def turn_up(shapes: Sequence[tuple[Body, Shape]]) -> bool:

@@ -159,7 +159,7 @@ class _Reader:
             place = self._place(element.find("origin"), where)
             shape = self._shape(geometry[0], place, where)
             if shape is not None:
-                if self._meshes.is_y_up(geometry[0].get("filename", "")):
+                if geometry[0].get("filename") in self._meshes.y_up:
                     self._y_up.append((body, shape))
                 shape.collides = tag == "collision"
                 body.shapes.append(shape)
