@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
@@ -28,7 +27,7 @@ from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.runs.files.folder import command
 
 if TYPE_CHECKING:
-    from gaitsim.contracts import BodyFile, Facts, Skeleton
+    from gaitsim.contracts import Skeleton
     from gaitsim.experiment import Experiment, Overrides
 
 
@@ -122,7 +121,9 @@ class CheckRobot(Action):
         try:
             with status(f"Reading {file} …"):
                 experiment = load_experiment(str(file), overrides, roots=roots)
-                facts, warnings = _describe(experiment), experiment.warnings()
+                with plugin_errors(experiment.entries["organism"], "describing itself"):
+                    facts = experiment.organism.describe()
+                warnings = experiment.warnings()
                 skeleton = None if picture is None else _standing_skeleton(experiment)
         except GaitsimError as error:
             self._exit(error, overrides)
@@ -150,7 +151,10 @@ class CheckRobot(Action):
                 }
             )
             return
-        _print(file, found, facts, warnings)
+        echo(f"{file}: {found.name}\n")
+        repaired = dict.fromkeys(found.repairs, "") or {"nothing": ""}
+        wrong = {"Warnings": dict.fromkeys(warnings, "")} if warnings else {}
+        print_facts({**facts, "Repaired": repaired, **wrong})
         for path in written:
             echo(path)
         if model_out is not None:  # it is already scaled, and `scale` has its default again
@@ -198,11 +202,6 @@ def _check_model_out(path: Path) -> None:
     check_folder(path)
 
 
-def _describe(experiment: Experiment) -> Facts:
-    with plugin_errors(experiment.entries["organism"], "describing itself"):
-        return experiment.organism.describe()
-
-
 def _standing_skeleton(experiment: Experiment) -> Skeleton:
     """Return the skeleton for the central genome, whose motion starts in the standing pose."""
     import numpy as np
@@ -217,10 +216,3 @@ def _standing_skeleton(experiment: Experiment) -> Skeleton:
         else space.random(1, np.random.default_rng(0))[0]
     )
     return Individual(experiment, 0.0, {}, genome=middle).skeleton
-
-
-def _print(file: Path, found: BodyFile, facts: Facts, warnings: Sequence[str]) -> None:
-    echo(f"{file}: {found.name}\n")
-    repaired = dict.fromkeys(found.repairs, "") or {"nothing": ""}
-    wrong = {"Warnings": dict.fromkeys(warnings, "")} if warnings else {}
-    print_facts({**facts, "Repaired": repaired, **wrong})

@@ -48,6 +48,8 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
             is uneven.
         world: values of conditions by name, and optionally `seed`.
     """
+    import mujoco
+
     model = copy.copy(simulation.model)
     servos = {
         name: replace(
@@ -66,7 +68,10 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
         model.geom_friction[:, 0] = world["friction"]
     model.opt.gravity[:] = norm(model.opt.gravity) * downward(world)
     mass = world.get("mass", 1.0)
-    _multiply_masses(model, mass)
+    if mass != 1:
+        model.body_mass *= mass
+        model.body_inertia *= mass
+        mujoco.mj_setConst(model, mujoco.MjData(model))
     anatomy = replace(simulation.anatomy, mass=mass * simulation.anatomy.mass)
     uneven, ground = world.get("unevenness", 0.0), None
     if uneven:
@@ -91,15 +96,6 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
     )
     errors = draw_joint_errors(world, "initial_pose", len(joints))
     return _with_initial_errors(found, errors) if errors.any() else found
-
-
-def _multiply_masses(model: Any, share: float) -> None:
-    import mujoco
-
-    if share != 1:
-        model.body_mass *= share
-        model.body_inertia *= share
-        mujoco.mj_setConst(model, mujoco.MjData(model))
 
 
 def _with_initial_errors(simulation: Simulation, errors: Floats) -> Simulation:

@@ -17,13 +17,11 @@ ELEMENTS = 300_000
 LARGEST = 1e6  # absolute value of a number
 LARGEST_INERTIA = 1e15  # absolute value in a file, which may state g·mm² instead of kg·m²
 
+_RAW = "download the file itself: on GitHub, open it and press 'Raw'"
+
 # Files that people mistake for a robot or a mesh: pattern of the beginning, name, remedy.
 _OTHERS = (
-    (
-        rb"<!doctype\s+html|<html[\s/>]",
-        "a web page",
-        "download the file itself: on GitHub, open it and press 'Raw'",
-    ),
+    (rb"<!doctype\s+html|<html[\s/>]", "a web page", _RAW),
     (rb"\Aversion https://git-lfs", "a Git LFS pointer", "fetch the file itself: git lfs pull"),
     (rb"\A404: ", "the text of a failed download", "check the address of the file"),
     (rb"\A(#usda|PXR-USDC)", "a USD file", "convert it to URDF or MJCF"),
@@ -142,10 +140,11 @@ def numbers(
     except ValueError:
         values = np.full(1, np.nan)
     if len(values) != count or not (np.abs(values) <= largest).all():
+        bounds = f" within ±{largest:,.0f}" if largest < np.inf else ""
         raise RobotError(
             f"invalid value {(text or '')[:80]!r}",
             where=where,
-            allowed=f"{count} number{'s' if count > 1 else ''} within ±{largest:,.0f}",
+            allowed=f"{count} number{'s' if count > 1 else ''}{bounds}",
         )
     return values
 

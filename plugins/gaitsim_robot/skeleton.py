@@ -16,46 +16,19 @@ from gaitsim_robot.simulation import Simulation
 
 
 def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
-    """Return the body of one individual over time, on the ground of its world."""
-    level = robot_skeleton(
-        simulation.model,
-        simulation.anatomy,
-        motion["configuration"][individual],
-        motion["stance"][individual],
-        motion.frame_rate,
-        simulation.start[1:3],
-        simulation.damage,
-    )
+    """Return the body of one individual over time, on the ground of its world.
+
+    Lost legs are omitted. The origin is the ground below the start.
+    """
+    model, anatomy, start = simulation.model, simulation.anatomy, simulation.start[1:3]
     bumps = simulation.ground
     if bumps is not None:
-        x, y = np.array(bumps.corner) - simulation.start[1:3]
+        x, y = np.array(bumps.corner) - start
         bumps = replace(bumps, corner=(float(x), float(y)))
-    return place_on_slope(level, simulation.world, bumps)
-
-
-def robot_skeleton(
-    model: Any,
-    anatomy: Anatomy,
-    configuration: Floats,
-    touching: Any,
-    frame_rate: float,
-    start: Floats,
-    damage: Sequence[Damage] = (),
-) -> Skeleton:
-    """Return a robot's body over time.
-
-    Args:
-        model: MuJoCo's compiled model.
-        anatomy: anatomy of the robot.
-        configuration: positions of the trunk and all joints, (frames, nq).
-        touching: whether each foot touches the ground, (frames, feet) bool.
-        frame_rate: frames per second, Hz.
-        start: x and y of the point that becomes the origin, (2,) m.
-        damage: damage of the robot; lost legs are omitted.
-    """
+    configuration = motion["configuration"][individual]
     places, turns = body_poses(model, configuration)
     places[..., :2] -= start
-    drawing = figure(model, anatomy, damage)
+    drawing = figure(model, anatomy, simulation.damage)
     bodies, owners, feet = list(drawing.bodies), list(drawing.owners), list(drawing.feet)
     poses = np.concatenate(
         [
@@ -64,18 +37,19 @@ def robot_skeleton(
         ],
         axis=-1,
     )
-    return Skeleton(
+    level = Skeleton(
         places[:, bodies, None] + rotated(turns[:, bodies, None], drawing.segments),
         drawing.names,
-        frame_rate,
+        motion.frame_rate,
         contacts=places[:, feet] + rotated(turns[:, feet], drawing.soles),
-        touching=touching,
+        touching=motion["stance"][individual],
         contact_names=tuple(leg.name for leg in anatomy.legs),
         centre=places[:, TRUNK],
         solids=drawing.solids,
         poses=poses if drawing.solids else None,
         damaged=drawing.damaged,
     )
+    return place_on_slope(level, simulation.world, bumps)
 
 
 def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | None:

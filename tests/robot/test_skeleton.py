@@ -1,15 +1,28 @@
 """The robot's skeleton, against the positions of geoms, joints and feet in MuJoCo."""
 
+from types import SimpleNamespace
+
 import mujoco
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from gaitsim.contracts import Motion
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.organism import BUNDLED, Robot
-from gaitsim_robot.skeleton import robot_skeleton
+from gaitsim_robot.skeleton import skeleton
 
 START = np.array([0.25, -0.5, 0.0])
+
+
+def drawn(model, anatomy, configuration, start):
+    """Return the skeleton of a robot in the given configurations, (frames, nq)."""
+    simulation = SimpleNamespace(
+        model=model, anatomy=anatomy, damage=(), start=[0.0, *start], ground=None, world={}
+    )
+    touching = np.ones((1, len(configuration), len(anatomy.legs)), bool)
+    motion = Motion(50.0, {"configuration": configuration[None], "stance": touching})
+    return skeleton(simulation, motion, 0)
 
 
 @pytest.fixture(params=BUNDLED)
@@ -23,28 +36,27 @@ def test_solids_segments_and_feet_have_the_positions_of_mujoco(model):
     configuration = np.repeat(anatomy.stance[None], 3, axis=0)
     configuration[1:, 7:] += rng.normal(0, 0.3, (2, model.nq - 7))
     configuration[2, 3:7] = Rotation.from_euler("xyz", [0.3, -0.4, 2.0]).as_quat()[[3, 0, 1, 2]]
-    touching = np.ones((3, len(anatomy.legs)), bool)
-    skeleton = robot_skeleton(model, anatomy, configuration, touching, 50.0, START[:2])
-    assert len(skeleton.solids) == model.ngeom
-    assert np.ptp(np.linalg.norm(np.diff(skeleton.segments, axis=2), axis=-1), axis=0).max() < 1e-9
+    image = drawn(model, anatomy, configuration, START)
+    assert len(image.solids) == model.ngeom
+    assert np.ptp(np.linalg.norm(np.diff(image.segments, axis=2), axis=-1), axis=0).max() < 1e-9
     data = mujoco.MjData(model)
     for frame, positions in enumerate(configuration):
         data.qpos[:] = positions
         mujoco.mj_kinematics(model, data)
-        assert np.allclose(skeleton.poses[frame, :, :3], data.geom_xpos - START)
-        turned = Rotation.from_quat(skeleton.poses[frame, :, [4, 5, 6, 3]].T).as_matrix()
+        assert np.allclose(image.poses[frame, :, :3], data.geom_xpos - START)
+        turned = Rotation.from_quat(image.poses[frame, :, [4, 5, 6, 3]].T).as_matrix()
         assert np.allclose(turned.reshape(-1, 9), data.geom_xmat, atol=1e-6)
-        ends = skeleton.segments[frame].reshape(-1, 3) + START
+        ends = image.segments[frame].reshape(-1, 3) + START
         for joint in range(1, model.njnt):
             anchor = data.xanchor[joint]
             assert np.linalg.norm(ends - anchor, axis=1).min() < 0.011 * anatomy.length
-        for leg, foot in zip(anatomy.legs, skeleton.contacts[frame], strict=True):
-            assert np.linalg.norm(skeleton.segments[frame] - foot, axis=-1).min() < 1e-9
+        for leg, foot in zip(anatomy.legs, image.contacts[frame], strict=True):
+            assert np.linalg.norm(image.segments[frame] - foot, axis=-1).min() < 1e-9
             there = data.body(leg.foot).xpos + data.body(leg.foot).xmat.reshape(3, 3) @ leg.point
             assert np.allclose(foot + START, there)
     for leg in anatomy.legs:
-        assert any(name.startswith(f"{leg.name} ") for name in skeleton.names)
-        assert any(solid.name.startswith(f"{leg.name} ") for solid in skeleton.solids)
+        assert any(name.startswith(f"{leg.name} ") for name in image.names)
+        assert any(solid.name.startswith(f"{leg.name} ") for solid in image.solids)
 
 
 def test_a_limb_without_geoms_is_a_rod_from_joint_to_joint():
@@ -52,12 +64,10 @@ def test_a_limb_without_geoms_is_a_rod_from_joint_to_joint():
     anatomy = find_anatomy(model)
     thigh = model.body("L1 thigh").id
     model.geom_bodyid[model.geom_bodyid == thigh] = 0  # geoms of the world are not drawn
-    skeleton = robot_skeleton(
-        model, anatomy, anatomy.stance[None], np.ones((1, 4), bool), 50.0, np.zeros(2)
-    )
-    (rod,) = (i for i, solid in enumerate(skeleton.solids) if solid.name == "L1 thigh")
-    ends = skeleton.segments[0, skeleton.names.index("L1 thigh")]
-    assert np.allclose(skeleton.poses[0, rod, :3], ends.mean(axis=0))
-    x, y, z = Rotation.from_quat(skeleton.poses[0, rod, [4, 5, 6, 3]]).as_matrix()[:, 2]
+    image = drawn(model, anatomy, anatomy.stance[None], np.zeros(3))
+    (rod,) = (i for i, solid in enumerate(image.solids) if solid.name == "L1 thigh")
+    ends = image.segments[0, image.names.index("L1 thigh")]
+    assert np.allclose(image.poses[0, rod, :3], ends.mean(axis=0))
+    x, y, z = Rotation.from_quat(image.poses[0, rod, [4, 5, 6, 3]]).as_matrix()[:, 2]
     assert np.allclose((x, y, z), (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]))
-    assert 2 * sum(skeleton.solids[rod].size) == pytest.approx(np.linalg.norm(ends[1] - ends[0]))
+    assert 2 * sum(image.solids[rod].size) == pytest.approx(np.linalg.norm(ends[1] - ends[0]))
