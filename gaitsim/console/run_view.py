@@ -210,7 +210,7 @@ def _start(start: Start) -> dict[str, Any]:
 def _worlds(experiment: Experiment) -> str:
     """Return the worlds in which each individual is evaluated, in words."""
     worlds = experiment.worlds
-    found = [describe(case) or "nominal" for case in worlds.cases]
+    found = [describe(case) or "own world" for case in worlds.cases]
     if worlds.number:
         again = f", redrawn every {worlds.redraw:,} generations," if worlds.redraw else ""
         ranges = ", ".join(

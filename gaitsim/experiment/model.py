@@ -47,7 +47,8 @@ class Worlds(BaseModel):
     cases: tuple[dict[str, float], ...] = option(
         (),
         "worlds in which each individual is evaluated, besides the drawn ones: values of "
-        "conditions by name, such as { friction = 0.4, latency = 0.03 }; the others are nominal",
+        "conditions by name, such as { friction = 0.4, latency = 0.03 }; the others are as in the "
+        "world of the body's options",
     )
     ranges: dict[str, tuple[float, float]] = option(
         {},

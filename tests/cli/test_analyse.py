@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from run_helpers import strict
 
-import gaitsim as gs
 from gaitsim.gait import analyse_individual, with_damage
 from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.runs.snapshot import RunSnapshot
@@ -180,23 +179,6 @@ def test_a_body_without_feet_has_a_score_but_no_gait(gaitsim, puppet_file, tmp_p
 def walker(gaitsim):
     """Evolve walkers for one second of motion."""
     gaitsim("run", "walker", *SMALL, "--set", "organism.duration=1")
-
-
-def test_every_command_says_the_same_of_the_checks(gaitsim, puppets, puppet_file, monkeypatch):
-    checks = ({"wind": 0.2}, {"wind": -9.0})
-    monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: checks)
-    run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--workers", 1)
-    found = strict(gaitsim(*run, "--out", "windy", "--json").stdout.splitlines()[-1])["checks"]
-    assert [one["world"] for one in found["checks"]] == [*checks]
-    assert found == strict(gaitsim("analyse", "windy", "--json").stdout)["checks"]
-    results = gs.Run(Path("windy")).checks(workers=1)
-    assert found == results.to_dict()
-    said = gaitsim("resume", "windy"), gaitsim("analyse", "windy")
-    assert all(results.summary in " ".join(one.stdout.split()) for one in said)
-    monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: ({"fog": 1.0},))
-    wrong = "'windy-puppet' of package gaitsim-puppets 1.0 names an invalid check"
-    assert wrong in gaitsim("analyse", "windy", code=2).stderr
-    assert wrong in gaitsim("resume", "windy").stderr
 
 
 def test_a_gait_is_evaluated_in_unseen_worlds(gaitsim, walker, tmp_path):

@@ -11,6 +11,7 @@ from run_helpers import strict
 from waiting import until
 
 import gaitsim as gs
+from gaitsim.console.printing import as_json
 from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
@@ -290,4 +291,12 @@ def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     assert json.loads(gaitsim("analyse", "puppet", "--json").stdout)["checks"] == found
     checks = gs.load("runs/puppet").checks()
     assert checks is not None
-    assert [one.kept for one in checks.checks] == [one["kept"] for one in found["checks"]]
+    assert json.loads(as_json(checks.to_dict())) == found
+
+
+def test_a_wrong_check_is_an_error_of_its_plugin(gaitsim, puppets, puppet_file, monkeypatch):
+    monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: [{"fog": 1.0}])
+    run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 1)
+    wrong = "'windy-puppet' of package gaitsim-puppets 1.0 names an invalid check"
+    assert wrong in gaitsim(*run).stderr
+    assert wrong in gaitsim("analyse", "puppet", code=2).stderr

@@ -1,6 +1,6 @@
 """Measures of steps, compared with the analysis of single gaits."""
 
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 
 import numpy as np
@@ -96,40 +96,42 @@ def chattering(random, period, duty, phases, frames=501):
     return rough
 
 
-FEET = {
-    "trot": ["L1", "L2", "R1", "R2"],
-    "alternating tripod": ["L1", "L2", "L3", "R1", "R2", "R3"],
-    "lateral-sequence walk": ["L1", "L2", "R1", "R2"],
-}
 PHASES = {
-    "trot": [0, 0.5, 0.5, 0],
-    "alternating tripod": [0, 0.5, 0, 0.5, 0, 0.5],
-    "lateral-sequence walk": [0, 0.75, 0.5, 0.25],
+    "trot": {"L1": 0, "L2": 0.5, "R1": 0.5, "R2": 0},
+    "alternating tripod": {"L1": 0, "L2": 0.5, "L3": 0, "R1": 0.5, "R2": 0, "R3": 0.5},
+    "lateral-sequence walk": {"L1": 0, "L2": 0.75, "R1": 0.5, "R2": 0.25},
 }
 
 
-@pytest.mark.parametrize("gait", FEET)
+def analysed(rough, names, period):
+    """Return the estimated stride, and the feet, stride, phases and name at the commanded period.
+
+    All are those of a body in physics with 50 frames per second.
+    """
+    estimated = feet_of(rough, names, 50.0, dynamic=True)[1]
+    feet, stride = feet_of(rough, names, 50.0, dynamic=True, commanded=50 / period)
+    phases = phases_of(feet, stride)
+    places = np.array([[(-int(name[1]), 1.0 - 2 * (name[0] == "R"), 0) for name in names]])
+    return estimated, feet, stride, phases, name_of(feet, stride, *phases, places, False)[0].name
+
+
+@pytest.mark.parametrize("gait", PHASES)
 @pytest.mark.parametrize("period", [20.0, 22.0166, 37.16, 61.3])
 @pytest.mark.parametrize("duty", [0.4, 0.6, 0.75])
 def test_chatter_does_not_change_what_a_gait_is(gait, period, duty):
-    random = np.random.default_rng(1)
-    names, rate = FEET[gait], 50.0
-    rough = chattering(random, period, duty, np.array(PHASES[gait]))
-    places = [(1 - int(name[1]), 0.5 if name[0] == "L" else -0.5, 0) for name in names]
-    estimated = feet_of(rough, tuple(names), rate, dynamic=True)[1]
-    assert estimated.frequency == pytest.approx(rate / period, rel=0.01)
-    feet, stride = feet_of(rough, tuple(names), rate, dynamic=True, commanded=rate / period)
-    assert stride.frequency == rate / period
+    names, phases = zip(*PHASES[gait].items(), strict=True)
+    rough = chattering(np.random.default_rng(1), period, duty, np.array(phases))
+    estimated, feet, stride, (_, consistency), name = analysed(rough, names, period)
+    assert estimated.frequency == pytest.approx(50 / period, rel=0.01)
+    assert stride.frequency == 50 / period
     assert [foot.duty_factor for foot in feet] == pytest.approx([duty] * len(feet), abs=0.05)
-    phases, consistency = phases_of(feet, stride)
-    name, _ = name_of(feet, stride, phases, consistency, np.array([places], float), False)
-    assert name.name == gait
+    assert name == gait
     assert consistency.min() > 0.9
     found = stepping_measures(
-        rough[None], names, rate, upright=np.array([501]), commanded=np.array([rate / period])
+        rough[None], names, 50.0, upright=np.array([501]), commanded=np.array([50 / period])
     )
     strides, downs = 501 / period, (~rough[:-1] & rough[1:]).sum(axis=0)
-    assert found["stride frequency"].values[0] == rate / period
+    assert found["stride frequency"].values[0] == 50 / period
     assert found["chatter"].values[0] == pytest.approx(downs.mean() / strides - 1, abs=0.05)
     assert found["chatter"].values[0] > 0.3
 
@@ -137,25 +139,18 @@ def test_chatter_does_not_change_what_a_gait_is(gait, period, duty):
 @pytest.mark.slow
 def test_chatter_changes_few_of_many_random_gaits():
     """`docs/analysis.md` states these numbers."""
-    names = frequencies = duties = count = 0
-    for seed in range(40):
-        for gait, feet in FEET.items():
-            for period in np.random.default_rng(seed).uniform(15, 70, 4):
-                for duty in (0.35, 0.5, 0.65, 0.8):
-                    random = np.random.default_rng(seed)
-                    rough = chattering(random, period, duty, np.array(PHASES[gait]))
-                    estimated = feet_of(rough, tuple(feet), 50.0, dynamic=True)[1]
-                    found, stride = feet_of(
-                        rough, tuple(feet), 50.0, dynamic=True, commanded=50 / period
-                    )
-                    places = np.array([[(-int(n[1]), 1.0 - 2 * (n[0] == "R"), 0) for n in feet]])
-                    phases, consistency = phases_of(found, stride)
-                    name, _ = name_of(found, stride, phases, consistency, places, False)
-                    count += 1
-                    names += name.name != gait
-                    frequencies += abs(estimated.frequency * period / 50 - 1) > 0.01
-                    duties += max(abs(foot.duty_factor - duty) for foot in found) > 0.05
-    assert (count, names, frequencies) == (1920, 0, 6)
+    wrong_names = frequencies = duties = count = 0
+    for seed, (gait, feet) in product(range(40), PHASES.items()):
+        names, phases = zip(*feet.items(), strict=True)
+        for period in np.random.default_rng(seed).uniform(15, 70, 4):
+            for duty in (0.35, 0.5, 0.65, 0.8):
+                rough = chattering(np.random.default_rng(seed), period, duty, np.array(phases))
+                estimated, found, _, _, name = analysed(rough, names, period)
+                count += 1
+                wrong_names += name != gait
+                frequencies += abs(estimated.frequency * period / 50 - 1) > 0.01
+                duties += max(abs(foot.duty_factor - duty) for foot in found) > 0.05
+    assert (count, wrong_names, frequencies) == (1920, 0, 6)
     assert duties <= 0.011 * count
 
 
