@@ -184,10 +184,9 @@ class CheckRobot(Action):
 
 def _check_model_out(path: Path) -> None:
     """Check that the robot can be written to a new file whose extension gaitsim reads."""
-    from gaitsim.experiment.loading import is_body_file
     from gaitsim.gait.gait_files import check_folder
 
-    if not is_body_file(str(path)):
+    if path.suffix[1:].lower() not in entries(FILES):
         raise GaitsimError(
             f"{path} does not have the extension of a robot file",
             where="--model-out",

@@ -492,7 +492,7 @@ def test_no_name_makes_windows_log_in_to_a_server(tmp_path, monkeypatch):
     files, opened = RobotFiles(tmp_path / "robot.xml", []), []
     monkeypatch.setattr(Path, "resolve", lambda path: opened.append(str(path)) or path)
     server = r"\\server\share"
-    for name in (server, "file:////server/share", "package://dog//server/share", "foot.obj"):
+    for name in (server, "file:////server/share", "package://dog///server/share", "foot.obj"):
         assert files.find(name, ("", server)) is None
     assert len(opened) >= 7
     assert not any(path.startswith("//") for path in opened)

@@ -5,7 +5,7 @@ import json
 import mujoco
 import numpy as np
 import pytest
-from small_robots import CORNERS, QUADRUPED, dog_urdf
+from small_robots import QUADRUPED, dog_urdf
 
 import gaitsim as gs
 from gaitsim.errors import ExperimentError, GaitsimError
@@ -156,26 +156,36 @@ def test_limits_in_degrees_are_warned_of(write):
     assert read(write())[2] == ""
 
 
-def test_limits_in_radians_that_are_read_as_degrees_are_named(tmp_path):
+@pytest.mark.parametrize(
+    ("old", "new", "what", "remedy"),
+    [
+        (
+            '<compiler angle="radian"/>',
+            "",
+            "no legs",
+            "all joints are within ±3°; if these limits are radians",
+        ),
+        (
+            'size="0.2 0.08 0.05"',
+            'size="200 80 50"',
+            "'trunk' is 400 m long, although all joints",
+            'scale="0.001 0.001 0.001"',
+        ),
+    ],
+)
+def test_one_wrong_unit_is_named(tmp_path, old, new, what, remedy):
+    """Limits in radians that MuJoCo reads as degrees, and geometry in millimetres."""
     path = tmp_path / "dog.xml"
-    path.write_text(QUADRUPED.replace('<compiler angle="radian"/>', ""))
-    with pytest.raises(GaitsimError, match="no legs") as caught:
+    path.write_text(QUADRUPED.replace(old, new))
+    with pytest.raises(GaitsimError, match=what) as caught:
         load_experiment(str(path))
-    assert "all joints are within ±3°; if these limits are radians" in str(caught.value)
+    assert remedy in str(caught.value)
 
 
 def test_single_joints_that_turn_often_are_not_degrees(tmp_path):
     path = tmp_path / "dog.xml"
     path.write_text(QUADRUPED.replace('range="-3 3"', 'range="-12.6 12.6"'))
     assert read(path)[2] == ""
-
-
-def test_geometry_in_other_units_than_the_joints_is_named(tmp_path):
-    path = tmp_path / "dog.xml"
-    path.write_text(QUADRUPED.replace('size="0.2 0.08 0.05"', 'size="200 80 50"'))
-    with pytest.raises(GaitsimError, match="'trunk' is 400 m long, although all joints") as caught:
-        load_experiment(str(path))
-    assert 'scale="0.001 0.001 0.001"' in str(caught.value)
 
 
 def test_options_can_be_tried_in_a_check(gaitsim, write, tmp_path):
@@ -207,8 +217,3 @@ def test_a_run_warns_of_its_robot_at_the_start(gaitsim, write):
     write(angle=180 / np.pi)
     brief = "--generations", 1, "--population", 4, "--set", "organism.duration=0.5"
     assert "Warning: the limits of 12 of 12 joints" in gaitsim("run", "dog.urdf", *brief).stderr
-
-
-def test_the_legs_of_the_urdf_are_those_of_the_tests(write):
-    body = load_experiment(str(write())).organism
-    assert [leg.foot for leg in body.anatomy.legs] == [f"{name}_shank" for name in CORNERS]

@@ -157,7 +157,8 @@ def _split(name: str) -> tuple[str, str] | None:
     if scheme == "file":
         return "", rest
     package, _, rest = rest.lstrip("/").partition("/")
-    return (package, rest) if scheme in ("package", "model") and package.strip(".") else None
+    found = package, _posix(rest)
+    return found if scheme in ("package", "model") and package.strip(".") else None
 
 
 def _posix(path: str) -> str:

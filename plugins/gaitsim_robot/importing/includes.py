@@ -111,6 +111,7 @@ def inline_includes(root: Element, files: RobotFiles, where: str) -> None:
             seen.add(str(path))
             part = parse(files.read(path, MODEL_BYTES), str(path))
             count += sum(1 for _ in part.iter())
+            check_elements(count, depth, where)
             # An included file may include others, so its elements are checked, too.
             inlined += part
         if any(child.tag == "include" for child in parent):
