@@ -28,11 +28,6 @@ class Effort:
     continuous: Floats
 
     @property
-    def hottest(self) -> int:
-        """Index of the joint with the largest RMS torque."""
-        return int(np.argmax(self.rms))
-
-    @property
     def peak_in_words(self) -> str:
         """The joints at stall, or the joint with the largest peak torque."""
         at_stall = np.flatnonzero(self.peak >= STALL)
@@ -44,9 +39,10 @@ class Effort:
     @property
     def rms_in_words(self) -> str:
         """The joint with the largest RMS torque, and its continuous torque."""
-        rating = float(self.continuous[self.hottest])
+        hottest = int(np.argmax(self.rms))
+        rating = float(self.continuous[hottest])
         beside = f"; {rating:.2f} continuous" if rating else ""
-        return f"{self.joints[self.hottest]}, share of its stall torque{beside}"
+        return f"{self.joints[hottest]}, share of its stall torque{beside}"
 
     @property
     def warning(self) -> str:

@@ -117,30 +117,6 @@ def one_stance_per_stride(stance: Contacts, period: Floats) -> Contacts:
     return single
 
 
-def phase_lag(downs: Contacts, pairs: Sequence[tuple[int, int]]) -> Floats:
-    """Return the phase of touch-downs in the strides of other feet, cycles from 0 to 1.
-
-    Args:
-        downs: whether each foot touches down, (population, frames, feet).
-        pairs: pairs of feet; the second foot touches down in the strides of the first.
-
-    Returns:
-        The circular mean over all strides and pairs, (population,); NaN without a stride.
-    """
-    population, frames, _ = downs.shape
-    east, north, count = np.zeros((3, population))
-    for one, other in pairs:
-        starts, ends = _last_event(downs[..., one]), _next_event(downs[..., one])
-        individual, frame = np.nonzero(downs[..., other] & (starts >= 0) & (ends < frames))
-        start, end = starts[individual, frame], ends[individual, frame]
-        angle = 2 * np.pi * (frame - start) / (end - start)
-        east += np.bincount(individual, cos(angle), population)
-        north += np.bincount(individual, sin(angle), population)
-        count += np.bincount(individual, minlength=population)
-    cycles = (arctan2(north, east) / (2 * np.pi)) % 1.0
-    return np.where(count > 0, np.where(cycles < 1 - 1e-9, cycles, 0.0), np.nan)
-
-
 def autocorrelation(stance: Contacts, frames: NDArray[np.intp]) -> Floats:
     """Return Pearson's autocorrelation of contacts over all feet that step, (population, lags).
 
@@ -298,8 +274,27 @@ class Steps:
         return np.asarray(1 + extra / strides[:, None])
 
     def phase_lag(self, pairs: Sequence[tuple[int, int]]) -> Floats:
-        """Return the phase of feet in the strides of others, (population,); see `phase_lag`."""
-        return np.where(self.period > 0, phase_lag(self.downs, pairs), np.nan)
+        """Return the phase of touch-downs in the strides of other feet, cycles from 0 to 1.
+
+        Args:
+            pairs: pairs of feet; the second foot touches down in the strides of the first.
+
+        Returns:
+            The circular mean over all strides and pairs, (population,); NaN without a stride.
+        """
+        population, frames, _ = self.downs.shape
+        east, north, count = np.zeros((3, population))
+        for one, other in pairs:
+            starts, ends = _last_event(self.downs[..., one]), _next_event(self.downs[..., one])
+            within = self.downs[..., other] & (starts >= 0) & (ends < frames)
+            individual, frame = np.nonzero(within & (self.period > 0)[:, None])
+            start, end = starts[individual, frame], ends[individual, frame]
+            angle = 2 * np.pi * (frame - start) / (end - start)
+            east += np.bincount(individual, cos(angle), population)
+            north += np.bincount(individual, sin(angle), population)
+            count += np.bincount(individual, minlength=population)
+        cycles = (arctan2(north, east) / (2 * np.pi)) % 1.0
+        return np.where(count > 0, np.where(cycles < 1 - 1e-9, cycles, 0.0), np.nan)
 
 
 def angles_frequency(joint_angles: NDArray[np.floating[Any]], frame_rate: float) -> Floats:
