@@ -105,6 +105,8 @@ def is_long(value: Any) -> bool:
 
 def brief(value: Any) -> str:
     """Return a value as text; for a long text, its beginning, size and checksum."""
+    if isinstance(value, dict | list | tuple):
+        return text(value)
     if not is_long(value):
         return str(value)
     data = value.encode(errors="replace")

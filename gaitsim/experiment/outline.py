@@ -60,7 +60,7 @@ class ExperimentOutline:
         if self.islands.number > 1:  # with one island, these options have no effect
             found["islands"] = dict(islands)
         if self.worlds.count:
-            found["worlds"] = dict(self.sections["worlds"])
+            found["worlds"] = self._worlds
         if tested := self.sections.get(TRANSFERABILITY):
             found[TRANSFERABILITY] = dict(tested)
         if bounds := self.sections.get(CONSTRAINTS):
@@ -68,12 +68,19 @@ class ExperimentOutline:
         return {"": {"seed": self.seed}, **found}
 
     def options(self) -> dict[str, Any]:
-        """Return all options by dotted key, as in `--set`; the section worlds only if in use."""
+        """Return all options by dotted key, as in `--set`; those of worlds only if in use."""
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
-            if section != "worlds" or self.worlds.count:
-                found |= _flatten(table, f"{section}.")
+            found |= _flatten(self._worlds if section == "worlds" else table, f"{section}.")
         return found
+
+    @property
+    def _worlds(self) -> dict[str, Any]:
+        """The options of worlds that have an effect on scores."""
+        if not self.worlds.count:
+            return {}
+        unused = () if self.worlds.number else ("ranges", "redraw")
+        return {key: one for key, one in self.sections["worlds"].items() if key not in unused}
 
 
 @lru_cache(maxsize=64)  # a program that watches a run parses the same text repeatedly

@@ -21,7 +21,7 @@ from gaitsim.experiment import (
 from gaitsim.registry import load_class
 from gaitsim.registry.options import PLUGIN
 from gaitsim.runs.files.checkpoint import Checkpoint, Stage
-from gaitsim.toml import brief, text
+from gaitsim.toml import brief
 
 SCORING = ("organism", "fitness", "worlds")
 
@@ -199,6 +199,4 @@ def _non_default_options(kind: str, plugin: Any, given: Mapping[str, Any]) -> di
 
 
 def _text(value: Any) -> str:
-    if isinstance(value, Mapping):
-        return text(dict(value))
     return "not set" if value is None else brief(value)

@@ -30,6 +30,14 @@ def test_options_for_the_length_of_a_search_do_not_affect_the_individuals():
     assert "islands" not in read_outline(longer, "mine").search_options()
 
 
+def test_options_of_drawn_worlds_have_no_effect_without_any():
+    cases = BARE + "[worlds]\ncases = [{}]\nnumber = 0\nredraw = 2\n"
+    outline, drawn = (read_outline(one, "mine") for one in (cases, cases.replace("0", "3")))
+    assert outline.search_options()["worlds"] == {"cases": [{}], "number": 0}
+    assert "worlds.redraw" not in outline.options()
+    assert drawn.search_options()["worlds"]["redraw"] == drawn.options()["worlds.redraw"] == 2
+
+
 @pytest.mark.parametrize(
     ("text", "key"),
     [

@@ -414,6 +414,12 @@ def test_another_version_is_an_error_before_any_file_changes(plain):
     assert RunSnapshot(plain).stages[0].versions["organism puppet"] == "gaitsim-puppets 0.9"
 
 
-def test_a_changed_table_is_shown_as_toml():
-    change = Change("worlds.ranges", {}, {"slope": (-3.0, 3.0)})
-    assert str(change) == "worlds.ranges: {}, now {slope = [-3.0, 3.0]}"
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ({"slope": (-3.0, 3.0)}, "{slope = [-3.0, 3.0]}"),
+        ([{"slope": 2.0}, {}], "[{slope = 2.0}, {}]"),
+    ],
+)
+def test_a_changed_table_is_shown_as_toml(value, text):
+    assert str(Change("worlds.x", {}, value)) == f"worlds.x: {{}}, now {text}"
