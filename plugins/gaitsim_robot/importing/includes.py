@@ -154,8 +154,7 @@ def resolve_files(
         for body in root.iter("body")
         if any(geom.get("mesh") in missing for geom in body.iterfind("geom"))
     }
-    _remove(root, lambda element: element.tag == "mesh" and element.get("name") in missing)
-    _remove(root, lambda element: element.get("mesh") in missing)
+    _remove(root, lambda one: one.get("name" if one.tag == "mesh" else "mesh") in missing)
     for element in root.iter():
         loads = element.tag == "mesh" and element.get("file") in loaded
         if any("file" in key for key in element.attrib) and not loads:
@@ -173,9 +172,8 @@ def _compiler(root: Element) -> tuple[bool, str]:
     strip, folder = False, ""
     for compiler in root.iter("compiler"):
         strip = compiler.attrib.pop("strippath", "false") == "true" or strip
-        meshes = compiler.attrib.pop("meshdir", None)
-        assets = compiler.attrib.pop("assetdir", None)
-        compiler.attrib.pop("texturedir", None)
+        keys = "meshdir", "assetdir", "texturedir"
+        meshes, assets, _ = (compiler.attrib.pop(key, "") for key in keys)
         folder = meshes or assets or folder
     return strip, folder
 
@@ -189,10 +187,9 @@ def _drop_unsupported(root: Element, where: str, repairs: list[str]) -> None:
                 remedy="save the compiled model with MuJoCo (`mj_saveLastXML`), and use that file",
             )
         element.attrib.pop("material", None)
-    lost = {text for element in root.iter() if (text := _DROPPED.get(element.tag))}
-    _remove(root, lambda element: element.tag in _DROPPED)
-    _remove(root, lambda one: one.tag == "geom" and (one.get("type") in ("hfield", "sdf")))
-    repairs += [f"dropped {noun}" for noun in sorted(lost)]
+    lost = {_DROPPED.get(element.tag, "") for element in root.iter()}
+    _remove(root, lambda one: one.tag in _DROPPED or one.get("type") in ("hfield", "sdf"))
+    repairs += [f"dropped {noun}" for noun in sorted(lost) if noun]
     # MuJoCo simulates muscles to find the ranges of their lengths, for as long as the file says.
     SubElement(SubElement(root, "compiler"), "lengthrange", mode="none")
 

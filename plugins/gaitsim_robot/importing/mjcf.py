@@ -89,8 +89,7 @@ def _compiled(text: str, assets: dict[str, bytes], where: str, scale: float) -> 
         raise RobotError(
             f"MuJoCo cannot compile the model: {' '.join(str(error).split())[:300]}",
             where=where,
-            remedy="fix the error that MuJoCo reports; the file may need a different version of "
-            "MuJoCo",
+            remedy="fix this error; the file may need a different version of MuJoCo",
         ) from None
 
 
@@ -183,8 +182,7 @@ class _Reader:
             turned @ np.diag(model.body_inertia[index]) @ turned.T,
         )
         first = model.body_jntadr[index]
-        for joint in range(first, first + model.body_jntnum[index]):
-            body.joints.append(self._joint(joint))
+        body.joints = [self._joint(first + joint) for joint in range(model.body_jntnum[index])]
         first = model.body_geomadr[index]
         for geom in range(first, first + model.body_geomnum[index]):
             if (kind := _GEOMS.get(int(model.geom_type[geom]))) is not None:
