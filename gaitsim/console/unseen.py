@@ -89,7 +89,7 @@ def evaluate_champion(
     worlds = champion.experiment.worlds
     if not (worlds.number or worlds.ranges):
         return None
-    evaluated = int(run.history["evaluations"][-1]) * worlds.count
+    evaluated = int(run.history["evaluations"][-1]) * max(1, worlds.count)
     number = min(AT_END, max(FEWEST_AT_END, evaluated // 10))
     what = f"{number} unseen worlds (Ctrl-C skips them)"
     return _skippable(

@@ -278,6 +278,13 @@ def test_a_run_over_worlds_ends_with_unseen_worlds(gaitsim):
     assert "analyse runs/walker --worlds 100" in said
 
 
+def test_a_run_that_sets_ranges_ends_with_unseen_worlds(gaitsim, puppet_file):
+    windy = ("--set", "organism.plugin=windy-puppet", "--set", "worlds.ranges={wind=[0, 0.1]}")
+    run = ("run", puppet_file, *windy, "--population", 60, "--generations", 2, "--json")
+    found = json.loads(gaitsim(*run).stdout.splitlines()[-1])["unseen_worlds"]
+    assert (found["number"], found["ranges"]) == (12, {"wind": [0, 0.1]})
+
+
 def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 2)
     found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["checks"]
