@@ -17,7 +17,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "servo_torque": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "scale factor of the servos' torque"),
     "servo_speed": Condition("", 1.0, 0.7, 1.0, 0.0, 10.0, "scale factor of the servos' speed"),
     "servo_stiffness": Condition(
-        "", 1.0, 0.7, 2.0, 0.1, 10.0, "scale factor of the servos' torque per error"
+        "", 1.0, 0.7, 2.0, 0.1, 10.0, "stiffness of the servos, as a factor"
     ),
     "grip": Condition(
         "", 10.0, 1.0, 10.0, 0.1, 100.0, "hardness of friction in the model of contacts"
