@@ -68,6 +68,6 @@ def _inclined_terrain(turn: NDArray[np.float64], bumps: Terrain | None) -> Terra
     lattice = bumps or Terrain(np.zeros((2, 2)), 2 * FAR, (-FAR, -FAR))
     normal = rotated(turn, np.array([0.0, 0.0, 1.0]))
     places = np.stack([*np.meshgrid(*lattice.corners), np.zeros(lattice.heights.shape)], axis=-1)
-    places[..., 2] = -(places[..., :2] @ normal[:2]) / normal[2]
+    places[..., 2] = -(places[..., 0] * normal[0] + places[..., 1] * normal[1]) / normal[2]
     rise = lattice.height(rotated(conjugate(turn), places)) / normal[2]
     return replace(lattice, heights=places[..., 2] + rise)
