@@ -54,7 +54,7 @@ class Walk(NamedTuple):
 
 
 def main() -> None:
-    """Print a row for each gait, and for each robot the worst and the median of what is kept."""
+    """Print a row for each gait, and for each robot the least and the median share kept."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--folder", type=Path)
     parser.add_argument("--robots", nargs="*", default=[*BUNDLED, *PUBLIC])

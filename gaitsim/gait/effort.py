@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-STALL = 0.995  # share of the stall torque from which a servo is said to be at stall
+STALL = 0.995  # share of the stall torque from which a servo counts as stalled
 
 
 @dataclass(frozen=True, eq=False)

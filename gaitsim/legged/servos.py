@@ -137,7 +137,7 @@ class Servo:
 CONTINUOUS = 0.2
 """Continuous torque of a hobby servo as a share of its stall torque.
 
-Source: ROBOTIS, Torque Ratings (2020); likewise the e-Manuals of AX-12A and AX-18A, by which loads
+Source: ROBOTIS, Torque Ratings (2020); likewise the e-Manuals of AX-12A and AX-18A: loads
 of at most 1/5 of the stall torque allow stable motion. The data sheets of the other servos do not
 state a continuous torque.
 """

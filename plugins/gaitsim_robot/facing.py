@@ -153,7 +153,7 @@ def _named_place(model: Any, limb: Limb) -> tuple[int, int]:
     """Return where the names of a leg's joints and links say that it is, such as 'FR_hip'.
 
     Returns:
-        1 for front, -1 for rear, 0 if the names do not say so or disagree; and 1 for left, -1 for
+        1 for front, -1 for rear, 0 if the names tell neither or disagree; and 1 for left, -1 for
         right, 0 likewise.
     """
     names = [model.joint(joint).name for joint in limb.joints]

@@ -25,7 +25,7 @@ from gaitsim_robot.standing import Stand
 
 LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb's depth
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
-LEGS = 50  # a standing pose of so many legs takes seconds to find
+LEGS = 50  # a standing pose of 50 legs takes seconds to find
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 STIFF = math.radians(6.3)  # rad; one turn in radians, read as degrees, as MJCF does by default
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units

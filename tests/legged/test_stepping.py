@@ -200,7 +200,6 @@ def test_a_command_without_steps_has_no_stride():
 
 
 def test_short_contacts_count_for_a_kinematic_body():
-    """Such a body touches the ground exactly as its gait commands."""
     twice = np.tile(np.repeat([True, False, True, False], [8, 4, 2, 6]), 10)[None, :, None]
     known = np.array([1.5])
     assert stepping_measures(twice, ["L1"], 30.0, commanded=known)["duty factor"].values[0] == 0.5

@@ -16,8 +16,8 @@ def import_robot(
     Args:
         path: the file.
         roots: additional folders with files that the robot may use, such as other ROS packages.
-        scale: factor by which all lengths are multiplied.
-        mass_scale: factor by which all masses are multiplied.
+        scale: factor of all lengths.
+        mass_scale: factor of all masses.
     """
     argument = {
         "path": str(path.absolute()),

@@ -201,7 +201,7 @@ def _remove(root: Element, unwanted: Callable[[Element], bool]) -> None:
             parent[:] = kept
 
 
-BODIES = 2000  # MuJoCo compiles so many in 4 s, and five times as many in 50 s
+BODIES = 2000  # MuJoCo compiles 2,000 in 4 s, and five times as many in 50 s
 COPIES = 10_000  # elements after replication
 FINEST = 100.0  # parameter of a built-in mesh, such as its resolution
 

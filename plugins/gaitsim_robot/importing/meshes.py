@@ -16,7 +16,7 @@ from gaitsim_robot.markup import LARGEST as FARTHEST, parse
 VERTICES = 32  # per hull; the median of 171 meshes keeps 95 % of its volume
 FLAT = 0.02  # share of the length; a thinner mesh becomes a box
 CLOSE = 0.01  # share of the length, largest distance of the mesh from its hull
-LARGEST = 300_000  # distinct vertices of a robot's meshes; MuJoCo takes up to 7 s for so many
+LARGEST = 300_000  # distinct vertices of a robot's meshes; MuJoCo takes up to 7 s for them
 PLACED = 3_000_000  # vertices of a COLLADA file, counted as often as its nodes place them
 NODES = 10_000  # nodes of a COLLADA file, counted likewise
 CORNERS = 5000  # vertices of an exact hull, above which only the extreme ones are used

@@ -55,7 +55,7 @@ def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) 
         root: the document.
         files: files that the robot may use.
         where: path of the file, for messages.
-        scale: factor by which lengths will be multiplied; masses that MuJoCo computes from
+        scale: later factor of all lengths; masses that MuJoCo computes from
             densities are already those of the resulting volumes.
     """
     repairs: list[str] = []
