@@ -25,10 +25,10 @@ from public_robots import URDF, fetch, robots
 
 import gaitsim as gs
 from gaitsim_robot.importing import import_robot
+from gaitsim_robot.loading import BUNDLED
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.simulation import FRAME_RATE, GRIP, TIPPED
 
-BUNDLED = ("quadruped", "hexapod", "spider-physics")
 PUBLIC = {
     "laikago": "laikago/laikago_toes_zup.urdf",
     "solo12": "solo_description/robots/solo12.urdf",

@@ -134,9 +134,10 @@ def worlds_of(experiment: Experiment) -> tuple[World, ...]:
     entry, body = experiment.entries["organism"], experiment.organism
     with plugin_errors(entry, "naming its checks"):
         worlds = tuple(body.checks())
+        conditions = body.conditions() if worlds and has_worlds(experiment) else {}
         for world in worlds:
             try:
-                check_world(world, body.conditions() if has_worlds(experiment) else {})
+                check_world(world, conditions)
             except GaitsimError as error:
                 what = f"names an invalid check: {error.what}"
                 raise contract_error(entry, what, error.allowed) from None

@@ -17,7 +17,7 @@ from gaitsim.portable import norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
-from gaitsim_robot.servos import set_limits
+from gaitsim_robot.servos import set_servos
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.simulation import FRAME_RATE, Simulation, raise_bumps, settle
 
@@ -62,7 +62,7 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
         )
         for name, servo in simulation.servos.items()
     }
-    set_limits(model, servos)
+    set_servos(model, servos)
     model.opt.impratio = world.get("grip", model.opt.impratio)
     if "friction" in world:
         model.geom_friction[:, 0] = world["friction"]

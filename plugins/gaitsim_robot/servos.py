@@ -27,8 +27,11 @@ SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo 
 SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
 LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
 SPEED = 10.0  # rad/s, speed limit if the file has none
-FROM_FILE = "the robot's file"
 FASTEST = 50.0  # rad/s; higher speed limits in files are placeholders
+FROM_FILE = "the robot's file"
+
+CONSTANT, GAIN, BRAKE, VOLTAGE = 1, 4, 6, 7
+"""Indices in the gains of MuJoCo's dcmotor: motor constant, stiffness, damping, largest voltage."""
 
 
 ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]
@@ -118,8 +121,8 @@ def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
         )
 
 
-def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
-    """Change the torques and speeds of a compiled robot's servos, as recompiling it would.
+def set_servos(model: Any, servos: Mapping[str, Servo]) -> None:
+    """Change the servos of a compiled robot, except for latency, as recompiling it would.
 
     Args:
         model: `mujoco.MjModel`, changed in place.
@@ -129,7 +132,7 @@ def set_limits(model: Any, servos: Mapping[str, Servo]) -> None:
         if servo.stall_torque:
             actuator, constant = model.actuator(name).id, 1.0 / servo.no_load_speed
             model.actuator_gainprm[actuator, :2] = constant / servo.stall_torque, constant
-            model.actuator_gainprm[actuator, [4, 6]] = servo.stiffness, servo.damping
+            model.actuator_gainprm[actuator, [GAIN, BRAKE]] = servo.stiffness, servo.damping
             model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
 
 

@@ -16,7 +16,7 @@ from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import apply_damage
 from gaitsim_robot.measures import ratio
-from gaitsim_robot.servos import add_servos
+from gaitsim_robot.servos import VOLTAGE, add_servos
 
 GROUND = "world: ground"  # a name that geoms of robots are unlikely to have
 HIGHEST = 0.2  # m, height of the highest possible bump
@@ -91,7 +91,6 @@ SUNK = 0.8  # share of the standing height; a robot with a lower trunk does not 
 SETTLE = 1.0  # s, duration of standing before the start
 STILL = 0.2  # standing heights per second; after a second, a falling trunk is faster
 STRONG = 100.0  # factor on the torque of servos, to measure the torque that standing requires
-_VOLTAGE = 7  # index of the largest voltage in the gains of MuJoCo's dcmotor
 
 
 def settle(
@@ -117,7 +116,7 @@ def settle(
     if not stands:
         strong = copy.copy(model)
         strong.actuator_forcerange *= STRONG
-        strong.actuator_gainprm[:, _VOLTAGE] *= STRONG
+        strong.actuator_gainprm[:, VOLTAGE] *= STRONG
         needed = _simulate_standing(strong, stance, rest, belly, height)[0].actuator_force
     start = _at_rest(model, settled.qpos if stands else stance, rest)
     state = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_FULLPHYSICS))

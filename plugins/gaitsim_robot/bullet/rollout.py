@@ -11,6 +11,7 @@ from gaitsim_robot.bullet.body import BulletBody
 from gaitsim_robot.bullet.client import open_client
 from gaitsim_robot.bullet.ground import BASE
 from gaitsim_robot.rollout import Record, delayed_commands, empty_record, record_segment, segments
+from gaitsim_robot.servos import BRAKE, CONSTANT, GAIN
 from gaitsim_robot.simulation import Simulation
 
 
@@ -30,10 +31,10 @@ class Drives:
         actuators = {int(joint): n for n, joint in enumerate(model.actuator_trnid[:, 0])}
         self._servo = np.array([actuators.get(int(joint), -1) for joint in joints], np.intp)
         gains = np.where((self._servo >= 0)[:, None], model.actuator_gainprm[self._servo], 0.0)
-        self._gain, self._brake = gains[:, _GAIN], gains[:, _BRAKE]
+        self._gain, self._brake = gains[:, GAIN], gains[:, BRAKE]
         driven = self._gain > 0
         self._stall = np.where(driven, model.actuator_forcerange[self._servo, 1], 0.0)
-        self._slope = self._stall * np.where(driven, gains[:, _CONSTANT], 0.0)
+        self._slope = self._stall * np.where(driven, gains[:, CONSTANT], 0.0)
         self._lower, self._upper = model.actuator_ctrlrange[self._servo].T
         self._spring, self._rest = (
             model.jnt_stiffness[joints],
@@ -58,10 +59,6 @@ class Drives:
         servo = np.clip(torque, -self._stall, self._stall)
         passive = self._spring * (angles - self._rest) + self._viscous * speeds
         return servo, servo - passive
-
-
-# Indices in the gains of MuJoCo's dcmotor.
-_CONSTANT, _GAIN, _BRAKE = 1, 4, 6
 
 
 LONGEST_STEP = 0.002  # s
