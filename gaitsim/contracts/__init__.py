@@ -38,6 +38,17 @@ if TYPE_CHECKING:
         Subject as Subject,
         Window as Window,
     )
+    from gaitsim.contracts.reflex import (
+        COMMAND as COMMAND,
+        OBSERVATIONS as OBSERVATIONS,
+        SAMPLES as SAMPLES,
+        Controller as Controller,
+        Inputs as Inputs,
+        Legs as Legs,
+        Observation as Observation,
+        Reflex as Reflex,
+        Rhythm as Rhythm,
+    )
     from gaitsim.contracts.rig import Link as Link, Rig as Rig, Solid as Solid
     from gaitsim.contracts.search import (
         Context as Context,
@@ -70,6 +81,7 @@ _NAMES = {
     "organism": "BodyFile Facts Organism",
     "plugin": "Plugin folder_of option roots_of",
     "product": "Exported Exporter Names Pair Plot Product Subject Window",
+    "reflex": "COMMAND OBSERVATIONS SAMPLES Controller Inputs Legs Observation Reflex Rhythm",
     "rig": "Link Rig Solid",
     "search": "Context Crossover Fitness Members Mutation Operators Results Search Selection State",
     "space": "BitSpace GenomeSpace Genomes RealSpace",

@@ -10,6 +10,7 @@ import numpy as np
 from gaitsim.contracts.conditions import Condition
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
+from gaitsim.contracts.reflex import Controller
 from gaitsim.contracts.rig import Rig
 from gaitsim.contracts.space import Genomes, GenomeSpace
 from gaitsim.contracts.steering import Command, Steered, SteeringPage
@@ -195,6 +196,14 @@ class Organism(Plugin):
         gaits can be adapted to damage.
         """
         return {}
+
+    def controller(self, genome: Genomes) -> Controller | None:
+        """Return a gait as a rhythm with its reflexes, for export; None for other bodies.
+
+        Args:
+            genome: genome of one individual, (genes,).
+        """
+        return None
 
     def commands(self) -> tuple[Command, ...]:
         """Return the commands that a person can give, each with its own key.
