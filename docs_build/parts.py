@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from gaitsim.contracts import Organism
 from gaitsim.experiment import Evolution
-from gaitsim.registry import KINDS, PRODUCTS, entries, load_class, options
+from gaitsim.registry import PLUGINS, entries, load_class, options
 
 HEAD = """# Plugins and their options
 
@@ -22,6 +22,7 @@ TITLES = {
     "selection": "Selections",
     "crossover": "Crossovers",
     "mutation": "Mutations",
+    "reflex": "Reflexes",
     "plot": "Plots",
     "exporter": "Exporters",
 }
@@ -30,7 +31,7 @@ TITLES = {
 def page() -> str:
     """Return the page in Markdown: all plugins by kind, each with a table of its options."""
     parts = [HEAD, "## Every run: `evolution`", "", *_table(Evolution)]
-    for kind in (*KINDS, *PRODUCTS):
+    for kind in PLUGINS:
         parts += [f"## {TITLES[kind]}: `{kind}`", ""]
         for name in entries(kind):
             plugin = load_class(kind, name)

@@ -15,7 +15,7 @@ from gaitsim.actions.action import JSON, Action, argument
 from gaitsim.console.printing import notice, output, print_facts, print_json, print_table
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError, PluginError, nearest
-from gaitsim.registry import KINDS, PRODUCTS, entries, find, load_class, unreadable
+from gaitsim.registry import PLUGINS, entries, find, load_class, unreadable
 from gaitsim.registry.options import OPERATORS
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class ListPlugins(Action):
     def do(self) -> None:
         """Print the list."""
         rows = []
-        for kind in (*KINDS, *PRODUCTS):
+        for kind in PLUGINS:
             for name, claims in entries(kind).items():
                 packages = " and ".join(claim.source for claim in claims)
                 conflict = "  (conflict: cannot be used)" if len(claims) > 1 else ""
@@ -68,10 +68,10 @@ class ShowPlugin(Action):
     def do(self) -> None:
         """Describe the plugins of this name."""
         name = self.name
-        names = {kind: entries(kind) for kind in (*KINDS, *PRODUCTS)}
-        kinds = [kind for kind in (*KINDS, *PRODUCTS) if name in names[kind]]
+        names = {kind: entries(kind) for kind in PLUGINS}
+        kinds = [kind for kind in PLUGINS if name in names[kind]]
         if not kinds:
-            known = sorted({known for kind in (*KINDS, *PRODUCTS) for known in names[kind]})
+            known = sorted({known for kind in PLUGINS for known in names[kind]})
             raise PluginError(
                 f"unknown plugin {name!r}", allowed=", ".join(known), remedy=nearest(name, known)
             )

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterable
 
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, STUDIES, entries
+from gaitsim.registry import EXPERIMENTS, PLUGINS, STUDIES, entries
 
 # The completion scripts of bash and zsh expand their input, so names with spaces, quotes, `$` or
 # `*`, which a folder may have, are left out.
@@ -44,7 +44,7 @@ def export_formats(incomplete: str) -> list[str]:
 
 def plugin_names(incomplete: str) -> list[str]:
     """Return the names of plugins of all kinds with this prefix, without importing them."""
-    known = {name for kind in (*KINDS, *PRODUCTS) for name in entries(kind)}
+    known = {name for kind in PLUGINS for name in entries(kind)}
     return _matching(incomplete, sorted(known))
 
 

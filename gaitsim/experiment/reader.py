@@ -263,9 +263,13 @@ class Reader:
             with plugin_errors(entry, "validating its options"):
                 plugin = self._options(kind, model)
         except GaitsimError as error:
-            if error.key in self._data[kind]:  # a validator named the option
-                key, value = f"{kind}.{error.key}", literal(self._data[kind][error.key])
-                where = "" if error.where == f"{entry}, {entry.target}" else error.where
+            given: Any = section
+            for part in error.key.split("."):
+                given = given.get(part) if isinstance(given, dict) else None
+            if given is not None:  # a validator named the option
+                key, value = f"{kind}.{error.key}", literal(given)
+                implied = (error.key, f"{entry}, {entry.target}")
+                where = "" if error.where in implied else error.where
                 mentioned = value.strip('"') in f"{error.what} {where}"
                 error.where = where if mentioned else ", ".join(filter(None, (value, where)))
             self._problems.add_plugin_error(key, error)

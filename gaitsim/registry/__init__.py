@@ -5,7 +5,9 @@ from gaitsim.registry.entry_points import (
     EXPERIMENTS,
     FILES,
     KINDS,
+    PLUGINS,
     PRODUCTS,
+    REFLEX,
     STUDIES,
     Entry,
     contract_error,
@@ -15,14 +17,16 @@ from gaitsim.registry.entry_points import (
     plugin_errors,
     unreadable,
 )
-from gaitsim.registry.loading import load_class, load_entry, scan
+from gaitsim.registry.loading import load_class, load_entry, load_reflexes, scan
 
 __all__ = [
     "COMMANDS",
     "EXPERIMENTS",
     "FILES",
     "KINDS",
+    "PLUGINS",
     "PRODUCTS",
+    "REFLEX",
     "STUDIES",
     "Entry",
     "contract_error",
@@ -30,6 +34,7 @@ __all__ = [
     "find",
     "load_class",
     "load_entry",
+    "load_reflexes",
     "plugin_context",
     "plugin_errors",
     "scan",

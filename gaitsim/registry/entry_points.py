@@ -28,8 +28,12 @@ if TYPE_CHECKING:
 
 KINDS = ("organism", "fitness", "search", "selection", "crossover", "mutation")
 """The kinds of plugin; the last three are the operators of a search that uses them."""
+REFLEX = "reflex"
+"""The kind of plugin that bodies with reflexes name in their options."""
 PRODUCTS = ("plot", "exporter")
 """The kinds of plugin that make files from runs; experiments do not name them."""
+PLUGINS = (*KINDS, REFLEX, *PRODUCTS)
+"""All kinds of plugin with a contract in `gaitsim.contracts`."""
 EXPERIMENTS = "experiments"
 STUDIES = "studies"
 FILES = "files"
@@ -45,7 +49,7 @@ class Entry:
     """One name that a package registers.
 
     Attributes:
-        kind: one of `KINDS`, `PRODUCTS`, `EXPERIMENTS`, `STUDIES`, `FILES` or `COMMANDS`.
+        kind: one of `PLUGINS`, `EXPERIMENTS`, `STUDIES`, `FILES` or `COMMANDS`.
         name: name that a user types.
         target: object to import, `module:Class`.
         package: distribution that registers the name.
@@ -86,13 +90,14 @@ _NOUNS = {
     STUDIES: "study",
     FILES: "format",
     COMMANDS: "command",
+    REFLEX: "reflex",
     "plot": "kind of plot",
     "exporter": "format",
 }
 Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
-_ALL = (*KINDS, *PRODUCTS, EXPERIMENTS, STUDIES, FILES, COMMANDS)
+_ALL = (*PLUGINS, EXPERIMENTS, STUDIES, FILES, COMMANDS)
 _GROUPS = {f"gaitsim.{kind}": kind for kind in _ALL}
 
 

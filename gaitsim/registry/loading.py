@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from gaitsim.errors import GaitsimError, PluginError, unknown
 from gaitsim.registry.entry_points import (
     EXPERIMENTS,
+    REFLEX,
     Entry,
     PythonEntry,
     contract_error,
@@ -20,7 +21,7 @@ from gaitsim.registry.entry_points import (
 from gaitsim.registry.kernel_cache import allow_missing_cache
 
 if TYPE_CHECKING:
-    from gaitsim.contracts import Plugin, Product
+    from gaitsim.contracts import Plugin, Product, Reflex
 
 T = TypeVar("T")
 
@@ -111,6 +112,41 @@ def _read(entry: Entry, file: str) -> str | None:
 
     resource = files(entry.target) / file
     return resource.read_text(encoding="utf-8-sig") if resource.is_file() else None
+
+
+def load_reflexes(tables: Mapping[str, Mapping[str, Any]]) -> "dict[str, Reflex]":
+    """Return the reflexes that a body names in its option `reflexes`, in this order.
+
+    Args:
+        tables: options of each reflex by its name, such as `{"heading": {"gain": 4.0}}`.
+
+    Raises:
+        GaitsimError: a reflex is unknown or broken, does not have an option, or an option is
+            invalid; its key is that of the option, such as `reflexes.heading.gain`.
+    """
+    return {name: _load_reflex(name, given) for name, given in tables.items()}
+
+
+def _load_reflex(name: str, given: Mapping[str, Any]) -> "Reflex":
+    from gaitsim.registry.options import validated
+
+    table = f"reflexes.{name}"
+    try:
+        entry = find(REFLEX, name)
+        model: type[Reflex] = load_entry(entry)  # type: ignore[assignment]
+    except GaitsimError as error:
+        error.key = table
+        raise
+    if not isinstance(given, Mapping):
+        allowed = f"a table of options: {', '.join(model.model_fields) or 'none'}"
+        raise GaitsimError(f"invalid {table}: {given!r}", where=table, allowed=allowed, key=table)
+    for option in given:
+        if option not in model.model_fields:
+            key = f"{table}.{option}"
+            what = f"option of the reflex {name!r}:"
+            raise unknown(what, option, model.model_fields, where=key, key=key)
+    with plugin_errors(entry, "validating its options"):
+        return validated(model, given, table)
 
 
 def products(kind: str) -> "dict[str, type[Product]]":

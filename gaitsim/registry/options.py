@@ -12,7 +12,7 @@ from pydantic_core import to_jsonable_python
 
 from gaitsim.contracts.product import RESERVED, TWO, Input
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.registry.entry_points import PRODUCTS
+from gaitsim.registry.entry_points import PRODUCTS, REFLEX
 from gaitsim.toml import brief, is_long, literal, parse, text as toml_text
 
 T = TypeVar("T", bound=BaseModel)
@@ -230,8 +230,8 @@ def problems(kind: str, plugin: type[BaseModel]) -> list[str]:
             angles.axes != ("frames", "joints") or angles.unit != "rad"
         ):
             found.append("joint_angles must be Channel(('frames', 'joints'), 'rad', …)")
-    if kind == "fitness" and not _are_strings(getattr(plugin, "needs", None)):
-        found.append("needs must be a tuple of channel names")
+    if kind in ("fitness", REFLEX):
+        found += _needs_problems(kind, plugin)
     if kind in ("search", "crossover", "mutation"):
         spaces = getattr(plugin, "spaces", None)
         if not (isinstance(spaces, tuple) and spaces and all(map(_is_space, spaces))):
@@ -250,6 +250,16 @@ def problems(kind: str, plugin: type[BaseModel]) -> list[str]:
     if PLUGIN in plugin.model_fields:
         found.append(f"an option cannot be named {PLUGIN!r}: this key names the plugin in a file")
     return found
+
+
+def _needs_problems(kind: str, plugin: type[BaseModel]) -> Iterator[str]:
+    from gaitsim.contracts import OBSERVATIONS
+
+    needs: Any = getattr(plugin, "needs", None)
+    if kind == "fitness" and not _are_strings(needs):
+        yield "needs must be a tuple of channel names"
+    if kind == REFLEX and not (isinstance(needs, tuple) and {*needs} <= {*OBSERVATIONS}):
+        yield f"needs must be a tuple of names among {', '.join(OBSERVATIONS)}"
 
 
 def _product_problems(kind: str, plugin: type[BaseModel]) -> Iterator[str]:
@@ -306,11 +316,18 @@ def value_type(field: FieldInfo) -> Any:
 
 
 def read_options(
-    model: type[T], given: Mapping[str, Any]
+    model: type[T], given: Mapping[str, Any], table: str = ""
 ) -> tuple[T | None, dict[str, GaitsimError]]:
-    """Validate options; return them, or None and the errors by the name of the option."""
+    """Validate options; return them, or None and the errors by the name of the option.
+
+    Args:
+        model: class with the options.
+        given: options, all of which the class has.
+        table: key of the table of a file that contains them, which is validated strictly: '12' is
+            not a number. '' for options of a command or a function, which messages call by flags.
+    """
     try:
-        return model.model_validate(given), {}
+        return model.model_validate(given, strict=bool(table)), {}
     except ValidationError as error:
         wrong = {str(detail["loc"][0]): detail["input"] for detail in error.errors()}
     except GaitsimError as error:
@@ -320,22 +337,24 @@ def read_options(
     for name in wrong:
         field = model.model_fields[name]
         known, value = string_choices(field), given.get(name, "")
+        label = f"{table}.{name}" if table else flag(name, field)
         found[name] = GaitsimError(
-            f"invalid {flag(name, field)}: {value!r}",
-            where=flag(name, field),
+            f"invalid {label}: {value!r}",
+            where=label,
             allowed=", ".join(known) or allowed(field),
             remedy=nearest(str(value), known),
+            key=label if table else "",
         )
     return None, found
 
 
-def validated(model: type[T], given: Mapping[str, Any]) -> T:
-    """Return validated options.
+def validated(model: type[T], given: Mapping[str, Any], table: str = "") -> T:
+    """Return validated options, from the arguments of `read_options`.
 
     Raises:
         GaitsimError: an option is invalid.
     """
-    found, problems = read_options(model, given)
+    found, problems = read_options(model, given, table)
     if found is None:
         raise next(iter(problems.values()))
     return found

@@ -12,7 +12,7 @@ from pathlib import Path
 from string import Template
 
 from gaitsim.errors import GaitsimError, unknown
-from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, Entry, entries
+from gaitsim.registry import EXPERIMENTS, PLUGINS, Entry, entries
 from gaitsim.runs.files.atomic import draft_folder, sweep
 
 PREFIX = "gaitsim-"
@@ -33,8 +33,8 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
     Returns:
         The path of the new folder.
     """
-    if kind not in (known := (*KINDS, *PRODUCTS)):
-        raise unknown("kind of plugin", kind, known)
+    if kind not in PLUGINS:
+        raise unknown("kind of plugin", kind, PLUGINS)
     plugin = name.removeprefix(PREFIX)
     _check_name(plugin, name)
     _check_free(plugin, kind)
@@ -62,7 +62,7 @@ def _check_free(plugin: str, kind: str) -> None:
     names = [plugin, f"{plugin}-distance"] if kind == "organism" else [plugin]
     taken = [
         claim
-        for other in (*KINDS, *PRODUCTS, EXPERIMENTS)
+        for other in (*PLUGINS, EXPERIMENTS)
         for name in names
         for claim in entries(other).get(name, [])
     ]

@@ -10,7 +10,7 @@ from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.experiment import Experiment, read_outline
 from gaitsim.experiment.combination import compatible
 from gaitsim.experiment.model import space_of
-from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS
+from gaitsim.registry import EXPERIMENTS, KINDS, PLUGINS
 from gaitsim.registry.loading import read_preset
 
 
@@ -87,7 +87,7 @@ class Catalogue:
 
 def read_catalogue() -> Catalogue:
     """Read all plugins and presets; imports every plugin, which takes a second the first time."""
-    found = {kind: registry.scan(kind) for kind in (*KINDS, *PRODUCTS)}
+    found = {kind: registry.scan(kind) for kind in PLUGINS}
     return Catalogue(
         {kind: classes for kind, (classes, _) in found.items()},
         {(kind, name): error for kind in found for name, error in found[kind][1].items()},

@@ -2,11 +2,11 @@
 
 import pytest
 
-from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, entries, find
+from gaitsim.registry import EXPERIMENTS, PLUGINS, entries, find
 from gaitsim.testing import check_package
 from gaitsim.testing.examine import examine
 
-ALL = [(kind, name) for kind in (*KINDS, *PRODUCTS, EXPERIMENTS) for name in entries(kind)]
+ALL = [(kind, name) for kind in (*PLUGINS, EXPERIMENTS) for name in entries(kind)]
 
 
 @pytest.fixture(scope="module")

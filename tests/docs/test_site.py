@@ -10,7 +10,7 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from gaitsim.registry import KINDS, PRODUCTS, entries, load_class, options
+from gaitsim.registry import PLUGINS, entries, load_class, options
 
 ROOT = Path(__file__).parents[2]
 BUILD = ROOT / "docs_build"
@@ -88,7 +88,7 @@ def test_every_command_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> N
 
 def test_every_option_of_every_plugin_is_in_the_reference(monkeypatch: pytest.MonkeyPatch) -> None:
     page = module("parts", monkeypatch).page()
-    for kind in (*KINDS, *PRODUCTS):
+    for kind in PLUGINS:
         for name in entries(kind):
             assert f"### {name}\n" in page
             for option, field in load_class(kind, name).model_fields.items():

@@ -8,13 +8,13 @@ import tomllib
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import KINDS, PRODUCTS
+from gaitsim.registry import PLUGINS
 from gaitsim.scaffold import new_package
 from gaitsim.testing import check_package
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", [*KINDS, *PRODUCTS])
+@pytest.mark.parametrize("kind", PLUGINS)
 def test_a_new_package_passes_the_check_and_its_own_tests(tmp_path, kind):
     folder = new_package("two-legs", kind, tmp_path)
     assert folder == tmp_path / "two-legs"

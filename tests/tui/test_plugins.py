@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 import pytest
 from rich.console import Console
 
-from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, entries, options
+from gaitsim.registry import EXPERIMENTS, PLUGINS, entries, options
 from gaitsim.tui.catalogue import read_catalogue
 from gaitsim.tui.screens.plugins import plugin_view
 
@@ -47,7 +47,7 @@ def look(here, drive):
 @pytest.mark.parametrize("size", [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)])
 async def test_all_plugins_are_listed_with_their_packages(look, size):
     async with look(size=size) as driver:
-        kinds = (*KINDS, *PRODUCTS, EXPERIMENTS)
+        kinds = (*PLUGINS, EXPERIMENTS)
         assert keys(driver) == [f"{k} {n}" for k in kinds for n in entries(k)]
         for key in keys(driver)[:: len(keys(driver)) // 3]:
             kind, _, name = key.partition(" ")

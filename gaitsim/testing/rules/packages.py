@@ -12,11 +12,11 @@ from typing import Any
 from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.registry import COMMANDS, EXPERIMENTS, FILES, KINDS, PRODUCTS, STUDIES, Entry
+from gaitsim.registry import COMMANDS, EXPERIMENTS, FILES, PLUGINS, STUDIES, Entry
 from gaitsim.registry.entry_points import normalized
 from gaitsim.testing.report import Finding, error
 
-CHECKED = (*KINDS, *PRODUCTS, EXPERIMENTS)
+CHECKED = (*PLUGINS, EXPERIMENTS)
 _GROUP = "gaitsim."
 
 

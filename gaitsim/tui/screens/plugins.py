@@ -22,7 +22,7 @@ from textual.widgets.option_list import Option
 from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import default_conditions
-from gaitsim.registry import EXPERIMENTS, KINDS, PRODUCTS, Entry, entries, options, unreadable
+from gaitsim.registry import EXPERIMENTS, PLUGINS, Entry, entries, options, unreadable
 from gaitsim.registry.loading import read_preset
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
@@ -31,7 +31,7 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.lists import ChoiceList
 from gaitsim.tui.widgets.toml_view import highlight
 
-TITLES = {kind: kind for kind in (*KINDS, *PRODUCTS)} | {
+TITLES = {kind: kind for kind in PLUGINS} | {
     "organism": "bodies",
     EXPERIMENTS: "presets",
 }
@@ -97,7 +97,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         words = self.query_one("#filter", Input).value.casefold().split()
         self._found = {}
         rows: list[Option] = []
-        for kind in (*KINDS, *PRODUCTS, EXPERIMENTS):
+        for kind in (*PLUGINS, EXPERIMENTS):
             heading = Text(TITLES[kind], style=f"bold {colours['secondary']}")
             rows.append(Option(heading, disabled=True))
             for name, claims in entries(kind).items():

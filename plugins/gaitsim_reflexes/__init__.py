@@ -1,0 +1,1 @@
+"""The bundled reflexes, which change a gait by what the body feels."""
