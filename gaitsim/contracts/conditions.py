@@ -29,6 +29,7 @@ class Condition:
         least: smallest value that the body supports.
         most: largest value that the body supports.
         help: description of the condition, one phrase.
+        drawn: whether it varies between drawn worlds if an experiment names no ranges.
     """
 
     unit: str
@@ -38,10 +39,12 @@ class Condition:
     least: float
     most: float
     help: str
+    drawn: bool = True
 
     def table_cells(self) -> tuple[str, str, str, str]:
         """Return the nominal value, usual range, unit and description as strings for a table."""
-        return f"{self.nominal:g}", f"{self.low:g} to {self.high:g}", self.unit, self.help
+        note = "" if self.drawn else "; varies only if ranges name it"
+        return f"{self.nominal:g}", f"{self.low:g} to {self.high:g}", self.unit, self.help + note
 
     def __str__(self) -> str:
         span = f"{self.low:g} to {self.high:g} {self.unit}".rstrip()
@@ -105,6 +108,23 @@ class Terrain:
         rows, columns = (np.arange(count, dtype=np.float64) for count in self.heights.shape)
         x, y = self.corner
         return np.asarray(x + self.spacing * columns), np.asarray(y + self.spacing * rows)
+
+    def near(self, points: NDArray[np.floating], margin: float) -> "Terrain":
+        """Return the part of the terrain within a distance of points, in x and in y.
+
+        Args:
+            points: points, (…, 2 or more) m; only x and y matter.
+            margin: distance, m.
+        """
+        places = points[..., :2].reshape(-1, 2) - self.corner
+        last = np.array(self.heights.shape[::-1]) - 1
+        first = np.floor((places.min(axis=0) - margin) / self.spacing)
+        end = np.ceil((places.max(axis=0) + margin) / self.spacing)
+        left, low = np.clip(first, 0, last - 1).astype(int).tolist()
+        right, high = np.clip(end, (left + 1, low + 1), last).astype(int).tolist()
+        x, y = self.corner
+        corner = (x + self.spacing * left, y + self.spacing * low)
+        return Terrain(self.heights[low : high + 1, left : right + 1], self.spacing, corner)
 
     def height(self, points: NDArray[np.floating]) -> Heights:
         """Return the height of the ground, (…,) m, below points, (…, 2 or more) m.

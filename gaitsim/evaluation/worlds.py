@@ -54,7 +54,7 @@ def ranges_of(experiment: Experiment) -> dict[str, tuple[float, float]]:
     if experiment.worlds.ranges:
         return dict(experiment.worlds.ranges)
     conditions = conditions_of(experiment)
-    return {name: (condition.low, condition.high) for name, condition in conditions.items()}
+    return {name: (one.low, one.high) for name, one in conditions.items() if one.drawn}
 
 
 def draw_worlds(experiment: Experiment, generation: int) -> tuple[World, ...]:

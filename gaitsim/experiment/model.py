@@ -53,7 +53,7 @@ class Worlds(BaseModel):
     ranges: dict[str, tuple[float, float]] = option(
         {},
         "lowest and highest value of each condition that varies, by name; {} varies all conditions "
-        "of the body over their usual ranges",
+        "of the body over their usual ranges, but for a few that must be named",
     )
     combine: Literal["mean", "worst", "worst tenth"] = option(
         "mean",

@@ -30,6 +30,19 @@ CONDITIONS: Mapping[str, Condition] = {
         "°", 0.0, -3.0, 3.0, -45.0, 45.0, "sideways slope of the ground, up to the left"
     ),
     "unevenness": Condition("m", 0.0, 0.0, 0.02, 0.0, 0.2, "height of the highest bumps"),
+    "steps": Condition(
+        "m",
+        0.0,
+        0.0,
+        0.03,
+        0.0,
+        0.2,
+        "height of the steps up or down between terraces along x",
+        drawn=False,
+    ),
+    "rubble": Condition(
+        "m", 0.0, 0.0, 0.03, 0.0, 0.2, "height of the highest blocks of rubble", drawn=False
+    ),
     "push": Condition(
         "m/s", 0.0, 0.0, 0.3, 0.0, 10.0, "sudden change of the body's velocity at a random time"
     ),
@@ -62,9 +75,16 @@ def conditions(
     return found
 
 
-_STREAMS = {"joint_offset": 2, "initial_pose": 3, "push": 4, "wind": 5}  # 0 and 1 draw the ground
+_RandomCondition = Literal["joint_offset", "initial_pose", "push", "wind", "steps", "rubble"]
 
-_RandomCondition = Literal["joint_offset", "initial_pose", "push", "wind"]
+_STREAMS: Mapping[_RandomCondition, int] = {  # 0 and 1 draw the bumps
+    "joint_offset": 2,
+    "initial_pose": 3,
+    "push": 4,
+    "wind": 5,
+    "steps": 6,
+    "rubble": 7,
+}
 
 
 def condition_rng(world: Mapping[str, float], name: _RandomCondition) -> np.random.Generator:

@@ -12,14 +12,15 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Condition
-from gaitsim.legged import CONDITIONS, conditions, downward, draw_joint_errors, world_seed
+from gaitsim.legged import CONDITIONS, conditions, downward, draw_joint_errors
 from gaitsim.portable import norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck
 from gaitsim_robot.servos import set_servos
 from gaitsim_robot.shapes import surfaces
-from gaitsim_robot.simulation import FRAME_RATE, Simulation, raise_bumps, settle
+from gaitsim_robot.simulation import FRAME_RATE, Simulation, settle
+from gaitsim_robot.terrain import UNEVEN, raise_ground
 
 WEAKEST = 0.05  # smallest scale factor of torque or speed; weaker servos count as damage
 
@@ -73,10 +74,10 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
         model.body_inertia *= mass
         mujoco.mj_setConst(model, mujoco.MjData(model))
     anatomy = replace(simulation.anatomy, mass=mass * simulation.anatomy.mass)
-    uneven, ground = world.get("unevenness", 0.0), None
-    if uneven:
+    ground = None
+    if any(world.get(name) for name in UNEVEN):
         feet = np.linalg.norm(_lowest(model, anatomy.stance)[:, :2], axis=1).max()
-        ground = raise_bumps(model, uneven, world_seed(world), float(feet))
+        ground = raise_ground(model, world, float(feet))
     offset = draw_joint_errors(world, "joint_offset", len(simulation.ctrl))
     rest, joints = simulation.rest.copy(), simulation.ctrl
     rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)

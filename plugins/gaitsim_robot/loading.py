@@ -21,7 +21,8 @@ from gaitsim_robot.errors import RobotError, shorten
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos
-from gaitsim_robot.simulation import Simulation, build, corners_for
+from gaitsim_robot.simulation import Simulation, build
+from gaitsim_robot.terrain import Lattice, lattice_for
 from gaitsim_robot.text import compile_model, disable_log, trust
 
 SPEED_SHARE = 0.8  # speed limit of commands as a share of a servo's no-load speed
@@ -142,11 +143,11 @@ def load_simulation(
         world: conditions, sorted by name.
         seconds: duration for which uneven ground is large enough, s.
     """
-    corners = corners_for(seconds) if dict(world).get("unevenness") else 0
+    lattice = lattice_for(dict(world), seconds)
     with _compilation:
         if not world:
             return _nominal_simulation(*compiled)
-        return _simulation_in_world(compiled, world, corners)
+        return _simulation_in_world(compiled, world, lattice)
 
 
 @lru_cache(maxsize=64)  # a report of adaptations alternates between many damaged robots
@@ -158,18 +159,18 @@ def _nominal_simulation(
     friction: float,
     gravity: float,
     damage: tuple[Damage, ...],
-    corners: int = 0,
+    lattice: Lattice | None = None,
 ) -> Simulation:
     servos, world = load_servos(text, anatomy, servo), {"friction": friction, "gravity": gravity}
     spec = load_specification(text)
-    return build(spec, anatomy, servos, dt=dt, **world, damage=damage, corners=corners)
+    return build(spec, anatomy, servos, dt=dt, **world, damage=damage, lattice=lattice)
 
 
 @lru_cache(maxsize=32)  # 0.3 MB for each bundled robot; a run uses fewer worlds
 def _simulation_in_world(
-    compiled: CompilationInput, world: tuple[tuple[str, float], ...], corners: int
+    compiled: CompilationInput, world: tuple[tuple[str, float], ...], lattice: Lattice | None
 ) -> Simulation:
-    nominal = _nominal_simulation(*compiled, corners) if corners else _nominal_simulation(*compiled)
+    nominal = _nominal_simulation(*compiled, lattice) if lattice else _nominal_simulation(*compiled)
     return apply_world(nominal, dict(world))
 
 

@@ -291,7 +291,10 @@ class Robot(Organism):
         world = {
             name: f"{value:g} {units.get(name, '')}".rstrip() for name, value in self.world.items()
         }
-        return describe_robot(self.simulation, servos, world)
+        simulation = self.simulation
+        if push := self.world.get("push"):
+            world["push"] += f" = {push * simulation.anatomy.mass:.3g} N s"
+        return describe_robot(simulation, servos, world)
 
     def warnings(self) -> tuple[str, ...]:
         """Return likely mistakes in the robot's file."""

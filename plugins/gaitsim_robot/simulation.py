@@ -1,7 +1,6 @@
 """The simulation of a robot: its text compiled with ground, servos and sensors."""
 
 import copy
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -17,73 +16,14 @@ from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import apply_damage
 from gaitsim_robot.measures import ratio
 from gaitsim_robot.servos import VOLTAGE, add_servos
+from gaitsim_robot.terrain import GROUND, Lattice, add_ground
 
-GROUND = "world: ground"  # a name that geoms of robots are unlikely to have
-HIGHEST = 0.2  # m, height of the highest possible bump
-SPACING = 0.5  # trunk lengths between corners, so that the feet step on different ones
-FASTEST = 4.0  # trunk lengths per second, twice the speed of the bundled robots
-BASE = 0.1  # m, thickness of solid ground below z = 0
 GRIP = 10.0
 """MuJoCo's `impratio`: how much harder friction is than the contact itself.
 
 With 1, MuJoCo's default, standing feet creep, so a gait can live off feet that yield. Models of
 walking robots in MuJoCo Menagerie (Zakka et al. 2022) have elliptic cones and 100. From 10 on,
 distances hardly change, and simulations take longer."""
-
-
-def corners_for(seconds: float) -> int:
-    """Return the number of corners in each direction for a walk of a given duration, s."""
-    return math.ceil(FASTEST * seconds / SPACING) + 4
-
-
-def add_ground(spec: Any, anatomy: Anatomy, corners: int, friction: float) -> None:
-    """Add the ground to a specification: a plane, or a height field that is still level.
-
-    Args:
-        spec: MuJoCo's specification, changed in place.
-        anatomy: anatomy of the robot.
-        corners: number of corners of the height field in each direction from the middle; 0 for a
-            plane.
-        friction: friction of the ground.
-    """
-    import mujoco
-
-    kind, size, field = mujoco.mjtGeom.mjGEOM_PLANE, [0.0, 0.0, 1.0], {}
-    if corners:
-        half, side = corners * SPACING * anatomy.length, 2 * corners + 1
-        kind, size, field = mujoco.mjtGeom.mjGEOM_HFIELD, [0.0, 0.0, 0.0], {"hfieldname": GROUND}
-        spec.add_hfield(
-            name=GROUND,
-            size=[half, half, HIGHEST, BASE],
-            nrow=side,
-            ncol=side,
-            userdata=np.zeros(side**2),
-        )
-    spec.worldbody.add_geom(
-        name=GROUND, type=kind, size=size, friction=[friction, 0.005, 0.0001], **field
-    )
-
-
-def raise_bumps(model: Any, unevenness: float, seed: int, level: float) -> Terrain:
-    """Set the heights of a model's height field, drawn uniformly from 0 to `unevenness`.
-
-    Args:
-        model: `mujoco.MjModel`, changed in place.
-        unevenness: upper bound of the heights, m.
-        seed: seed of the heights, which draws the same heights for any number of corners.
-        level: distance from the middle up to which the ground is level, m.
-    """
-    corners = int(model.hfield_nrow[0]) // 2
-    half = float(model.hfield_size[0, 0])
-    outward = np.abs(np.mgrid[-corners : corners + 1, -corners : corners + 1]).max(axis=0)
-    shares = np.empty(outward.size, np.float32)
-    drawn = unevenness * np.random.default_rng([seed, 0]).random(outward.size)
-    shares[np.argsort(outward.ravel(), kind="stable")] = drawn / HIGHEST
-    spacing = half / corners
-    shares[spacing * (outward.ravel() - 1) <= level] = 0.0
-    model.hfield_data[:] = shares
-    heights = HIGHEST * shares.astype(np.float64).reshape(outward.shape)
-    return Terrain(heights, spacing, (-half, -half))
 
 
 TIPPED = 0.5  # cosine of the trunk's tilt, 60°, beyond which the robot has fallen
@@ -259,7 +199,7 @@ def build(
     friction: float,
     gravity: float,
     damage: Sequence[Damage] = (),
-    corners: int = 0,
+    lattice: Lattice | None = None,
 ) -> Simulation:
     """Return the simulation of a robot on its ground.
 
@@ -271,7 +211,7 @@ def build(
         friction: friction of the ground and of all geoms.
         gravity: acceleration of gravity, m/s².
         damage: damage to legs and joints.
-        corners: number of corners of uneven ground in each direction; 0 for a level plane.
+        lattice: lattice of uneven ground; None for a level plane.
     """
     import mujoco
 
@@ -289,7 +229,7 @@ def build(
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
         geom.friction[0] = friction
-    add_ground(spec, anatomy, corners, friction)
+    add_ground(spec, anatomy, lattice, friction)
     for leg in anatomy.legs:
         foot = spec.body(leg.foot)
         foot.add_site(name=f"world: foot {leg.name}", pos=leg.point)

@@ -14,6 +14,8 @@ from gaitsim_robot.damaged import is_stuck, lost_bodies
 from gaitsim_robot.figure import TRUNK, body_poses, figure
 from gaitsim_robot.simulation import Simulation
 
+VIEW = 10.0  # trunk lengths around the path within which uneven ground is drawn
+
 
 def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleton:
     """Return the body of one individual over time, on the ground of its world.
@@ -22,12 +24,13 @@ def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleto
     """
     model, anatomy, start = simulation.model, simulation.anatomy, simulation.start[1:3]
     bumps = simulation.ground
-    if bumps is not None:
-        x, y = np.array(bumps.corner) - start
-        bumps = replace(bumps, corner=(float(x), float(y)))
     configuration = motion["configuration"][individual]
     places, turns = body_poses(model, configuration)
     places[..., :2] -= start
+    if bumps is not None:
+        x, y = np.array(bumps.corner) - start
+        bumps = replace(bumps, corner=(float(x), float(y)))
+        bumps = bumps.near(places[:, TRUNK], VIEW * anatomy.length)
     drawing = figure(model, anatomy, simulation.damage)
     bodies, owners, feet = list(drawing.bodies), list(drawing.owners), list(drawing.feet)
     poses = np.concatenate(

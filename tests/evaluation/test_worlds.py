@@ -50,6 +50,15 @@ def test_worlds_fill_their_ranges_and_differ_from_unseen_ones():
     assert not {*friction} & {one["friction"] for one in draw_unseen_worlds(experiment, 20)}
 
 
+def test_worlds_without_ranges_leave_out_conditions_that_must_be_named():
+    robot = with_overrides(load_experiment("hexapod"), {"worlds.number": 2, "worlds.cases": []})
+    drawn = {*draw_worlds(robot, 1)[0]}
+    assert {"unevenness", "friction"} < drawn
+    assert not {"steps", "rubble"} & drawn
+    named = with_overrides(robot, {"worlds.ranges": {"rubble": [0.0, 0.02]}})
+    assert {*draw_worlds(named, 1)[0]} == {"rubble", "seed"}
+
+
 def test_worlds_are_redrawn_when_asked():
     fixed, redrawn = walkers(), walkers(**{"worlds.redraw": 5})
     assert draw_worlds(fixed, 1) == draw_worlds(fixed, 100)

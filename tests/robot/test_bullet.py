@@ -14,7 +14,7 @@ from gaitsim_robot.bullet.rollout import Drives, roll_out
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import walk
-from gaitsim_robot.simulation import GROUND
+from gaitsim_robot.terrain import GROUND
 
 GRAVITY = 9.81
 FRAMES = 51

@@ -207,6 +207,9 @@ def test_a_push_changes_the_velocity_of_the_whole_robot():
         for robot in (apply_world(standing_quadruped("ideal")[0], one) for one in ({}, world))
     )
     simulation = apply_world(standing_quadruped("ideal")[0], world)
+    mass = Robot(world={"mass": 1.2}).simulation.anatomy.mass
+    described = Robot(world={"mass": 1.2, "push": 0.4}).describe()["World"]["push"]
+    assert described == f"0.4 m/s = {0.4 * mass:.3g} N s"
     frame, velocity = simulation.push(101)
     assert np.hypot(*velocity[:2]) == pytest.approx(0.4)
     difference = pushed["torso_velocity"][0] - nominal["torso_velocity"][0]

@@ -12,7 +12,7 @@ from stick import quadruped_spec, simulation_of, standing_quadruped, trot
 from gaitsim.contracts.quaternions import conjugate, product
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import orientation, walk
-from gaitsim_robot.simulation import GROUND
+from gaitsim_robot.terrain import GROUND
 
 FULL = mujoco.mjtState.mjSTATE_FULLPHYSICS
 GRAVITY = 9.81

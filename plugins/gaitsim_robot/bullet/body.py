@@ -12,7 +12,8 @@ from gaitsim_robot.bullet.client import Client
 from gaitsim_robot.bullet.ground import BASE, Contact, Ground
 from gaitsim_robot.bullet.multibody import RATIO, TRUNK, create_links
 from gaitsim_robot.shapes import geom_surface
-from gaitsim_robot.simulation import GROUND, Simulation
+from gaitsim_robot.simulation import Simulation
+from gaitsim_robot.terrain import GROUND
 
 STRONG = 1e9  # N m, largest torque of gears
 FAST = 1e9  # rad/s, largest speed of rotors
