@@ -217,8 +217,8 @@ class NewPlugin(Action):
     name: str = argument("name of the plugin, such as 'hopper'", "NAME", completion="")
     kind: str = option(
         "organism",
-        "kind of plugin: organism, fitness, search, selection, crossover, mutation, plot or "
-        "exporter",
+        "kind of plugin: organism, fitness, search, selection, crossover, mutation, reflex, plot "
+        "or exporter",
         placeholder="KIND",
     )
 
@@ -236,6 +236,7 @@ class NewPlugin(Action):
         preset = "spider-genetic" if kind in OPERATORS else "spider"
         trial = {
             "organism": f"gaitsim run {plugin}",
+            "reflex": f"gaitsim run quadruped --set 'organism.reflexes={{ {plugin} = {{}} }}'",
             "plot": f"gaitsim plot spider --kind {plugin}",
             "exporter": f"gaitsim export spider --format {plugin}",
         }.get(kind, f"gaitsim run {preset} --set {kind}.plugin={plugin}")

@@ -26,8 +26,7 @@ def new_package(name: str, kind: str, parent: Path) -> Path:
 
     Args:
         name: name of the plugin; a prefix 'gaitsim-' applies only to the folder.
-        kind: 'organism', 'fitness', 'search', 'selection', 'crossover', 'mutation', 'plot' or
-            'exporter'.
+        kind: one of `PLUGINS`, such as 'organism'.
         parent: folder in which the new folder is created.
 
     Returns:

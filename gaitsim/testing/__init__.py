@@ -36,8 +36,7 @@ def check(
     """Check one installed plugin, or one preset.
 
     Args:
-        kind: 'organism', 'fitness', 'search', 'selection', 'crossover' or 'mutation';
-            'experiments' for a preset.
+        kind: kind of plugin, such as 'organism'; 'experiments' for a preset.
         name: name of the plugin or preset.
         options: options to override.
         seconds: timeout in seconds.

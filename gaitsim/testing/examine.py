@@ -18,6 +18,7 @@ from gaitsim.contracts import (
     Organism,
     Plugin,
     Product,
+    Reflex,
     Search,
     Selection,
 )
@@ -37,6 +38,7 @@ from gaitsim.testing.rules.declared import (
 from gaitsim.testing.rules.fitnesses import find_body, fitness_rules
 from gaitsim.testing.rules.operators import operator_rules, selection_rules
 from gaitsim.testing.rules.products import product_rules
+from gaitsim.testing.rules.reflexes import BODIES, Trial, reflex_rules
 from gaitsim.testing.rules.searches import search_rules
 from gaitsim.testing.rules.trials import make_trial, result_arrays, with_placeholders
 
@@ -160,6 +162,8 @@ def _rules_of_kind(
             doing, rules = "selecting parents", selection_rules(plugin, figures)
         case Crossover():
             doing, rules = "crossing parents", operator_rules(plugin, figures)
+        case Reflex():
+            doing, rules = "advancing control steps", reflex_rules(plugin)
         case Product():
             doing, rules = "making the product", product_rules(plugin)
         case _:
@@ -196,6 +200,8 @@ def _compute(entry: Entry, plugin: Plugin) -> object:
         return [motion, plugin.skeleton(motion, 0)]
     if isinstance(plugin, Product):
         return []  # its input contains times, which differ between processes
+    if isinstance(plugin, Reflex):
+        return [Trial(plugin, legs).run() for legs in BODIES.values()]
     if isinstance(plugin, Fitness):
         found = find_body(entry, plugin)
         return plugin.terms(sample_motion(*found)) if found else []

@@ -62,7 +62,12 @@ def test_the_finding_in_the_guide_is_that_of_the_check(install):
 
 @pytest.mark.parametrize(
     ("kind", "name"),
-    [("search", "SobolSearch"), ("plot", "SpeedPlot"), ("exporter", "FootfallTable")],
+    [
+        ("search", "SobolSearch"),
+        ("reflex", "CrouchReflex"),
+        ("plot", "SpeedPlot"),
+        ("exporter", "FootfallTable"),
+    ],
 )
 def test_the_other_plugins_of_the_guide_conform(install, kind, name):
     """They keep their contracts, and are run by the tests of the docs."""
