@@ -21,8 +21,11 @@ Activation = Literal["leaky-relu", "relu", "tanh", "sigmoid"]
 OutputActivation = Literal["linear", "same"]
 TrainingPreset = Literal["source", "steady"]
 
-STEERING_PRESET = "fly-steer-hover"
-"""Default experiment of the steering."""
+STEERING_KEYS = ("up", "down", "left", "right", "space", "a", "d", "w", "s", "x")
+"""Keys that a command of a steered body may use; the steering screen does not use the letters."""
+
+STEERING_PRESETS = ("fly-steer-hover",)
+"""Presets that menus offer for steering; the first one is the default."""
 
 DAMAGE_HELP = (
     "damage to legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (at 20°), "

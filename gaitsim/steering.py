@@ -2,25 +2,44 @@
 
 from collections import deque
 from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import registry
-from gaitsim.choices import STEERING_PRESET
+from gaitsim.choices import STEERING_PRESETS
 from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton, Steered
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment, load_experiment
+from gaitsim.evaluation import evaluate
+from gaitsim.experiment import (
+    Experiment,
+    Overrides,
+    load_experiment,
+    parse_experiment,
+    with_overrides,
+)
+from gaitsim.experiment.model import (
+    NO_REALITY,
+    ONE_ISLAND,
+    UNCONSTRAINED,
+    Evolution,
+)
 from gaitsim.gait.travel import heading, size, trunk
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
-from gaitsim.runs.creation import find_individual
+from gaitsim.runs.creation import create_run, find_individual
+from gaitsim.runs.files.checkpoint import Start
+from gaitsim.runs.writer import RunWriter
 
 RECENT = 3.0  # seconds of recent motion kept in full
 PATH_RATE = 10.0  # rate at which points of the path are kept, Hz
 MOST_PATH_POINTS = 6000  # points of the path, at most
 MOST_CATCH_UP = 1.0  # seconds simulated at once, at most; a longer gap counts as a pause
 SPEED_WINDOW = 0.25  # seconds over which speeds are averaged
+DRIVEN = "-drive"  # end of the names of recorded drives
 SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
 
@@ -62,28 +81,18 @@ def steered_bodies() -> list[str]:
 
 
 def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[str, Genomes]:
-    """Return the genome of the controller of each command, of shape (genes,), by command name.
+    """Return the genomes of the controllers, each of shape (genes,), by name.
 
     Args:
         experiment: experiment of the body.
-        replaced: individuals, as accepted by `--from`, by command name; other commands use the
-            controllers of the body's package.
+        replaced: individuals, as accepted by `--from`, by the name of the controller that they
+            replace; other controllers are those of the body's package.
     """
-    entry = experiment.entries["organism"]
-    names = [command.name for command in commands_of(experiment)]
-    if not names:
-        bodies = steered_bodies()
-        options = " with these options" if entry.name in bodies else ""
-        raise GaitsimError(
-            f"the body {entry.name!r}{options} cannot be steered: it has no steering commands",
-            where=f"experiment {experiment.name}",
-            allowed=f"a body with steering commands: {', '.join(bodies) or 'none is installed'}",
-            remedy=f"use the preset {STEERING_PRESET!r}",
-        )
+    entry, names = experiment.entries["organism"], _controller_names(experiment)
     for name in replaced:
         if name not in names:
             raise GaitsimError(
-                f"the body {entry.name!r} has no steering command {name!r}",
+                f"the body {entry.name!r} has no controller {name!r}",
                 where="--controller",
                 allowed=", ".join(names),
             )
@@ -94,13 +103,28 @@ def controllers_of(experiment: Experiment, replaced: Mapping[str, str]) -> dict[
     missing = [name for name in names if name not in found]
     if missing:
         raise GaitsimError(
-            f"the body {entry.name!r} with these options has no controller for the command "
-            f"{missing[0]!r}",
+            f"the body {entry.name!r} with these options has no controller {missing[0]!r}",
             where=f"experiment {experiment.name}",
-            allowed="a controller for each command: " + ", ".join(names),
+            allowed="a controller for each of: " + ", ".join(names),
             remedy=f"add --controller {missing[0]}=RUN with a run that trained this controller",
         )
     return {name: found[name] for name in names}
+
+
+def _controller_names(experiment: Experiment) -> tuple[str, ...]:
+    """Return the names of the controllers of an experiment's body, which must have commands."""
+    entry = experiment.entries["organism"]
+    if not commands_of(experiment):
+        bodies = steered_bodies()
+        options = " with these options" if entry.name in bodies else ""
+        raise GaitsimError(
+            f"the body {entry.name!r}{options} cannot be steered: it has no steering commands",
+            where=f"experiment {experiment.name}",
+            allowed=f"a body with steering commands: {', '.join(bodies) or 'none is installed'}",
+            remedy="use a preset, such as " + " or ".join(map(repr, STEERING_PRESETS)),
+        )
+    with plugin_errors(entry, "naming its controllers"):
+        return tuple(map(str, experiment.organism.controller_names()))
 
 
 def _controller_genome(experiment: Experiment, reference: str, where: str) -> Genomes:
@@ -121,9 +145,31 @@ def _controller_genome(experiment: Experiment, reference: str, where: str) -> Ge
     return saved.genome
 
 
-def default_drive() -> "Drive":
-    """Return the body of the default preset at its start, with the controllers of its package."""
-    return create_drive(load_experiment(STEERING_PRESET), {})
+def individual_controllers(
+    experiment: Experiment, genome: Genomes, reference: str
+) -> dict[str, Genomes]:
+    """Return an individual's genome, (genes,), as the only controller of its body, by name.
+
+    Args:
+        experiment: experiment of the individual.
+        genome: genome of the individual.
+        reference: how a command refers to the individual, for messages.
+    """
+    names = _controller_names(experiment)
+    if len(names) == 1:
+        return {names[0]: genome}
+    raise GaitsimError(
+        f"the body {experiment.entries['organism'].name!r} needs a controller for each command, "
+        "but an individual is only one",
+        where=reference,
+        allowed="controllers: " + ", ".join(names),
+        remedy=f"say which one it replaces: --controller {names[0]}={reference}",
+    )
+
+
+def preset_drive(name: str) -> "Drive":
+    """Return the body of a preset at its start, with the controllers of its package."""
+    return create_drive(load_experiment(name), {})
 
 
 def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
@@ -131,25 +177,44 @@ def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive"
     return Drive(experiment, controllers_of(experiment, replaced))
 
 
+def individual_drive(reference: str, overrides: Overrides | None = None) -> "Drive":
+    """Return the body of a saved individual at its start, which the individual controls.
+
+    Args:
+        reference: individual, as accepted by `--from`.
+        overrides: options of its experiment to change, by key.
+    """
+    saved = find_individual(reference)
+    experiment = parse_experiment(saved.experiment, reference, overrides)
+    return Drive(experiment, individual_controllers(experiment, saved.genome, reference))
+
+
 class Drive:
     """A steered body, simulated from its start until it crashes.
 
     Args:
         experiment: experiment of the body.
-        controllers: genome of the controller of each command, of shape (genes,), by name.
+        controllers: genomes of the controllers, each of shape (genes,), by name.
 
     Attributes:
-        commands: commands of the body; the first one is active at the start.
-        command: active command.
+        experiment: experiment of the body.
+        commands: commands of the body; the first one ends the others.
+        holds: whether each command selects a controller and holds until the next command.
+        command: last command given; the first one at the start.
         size: longest diagonal of the box around the body, m.
         ending: reason why the motion ended; '' until then.
-        shares: weight of each controller in the movement, (commands,), with the sum 1.
+        shares: weight of each controller in the movement, (commands,), with the sum 1; None for a
+            body that does not report it.
+        given: number of commands given.
+        saved: folder of the run in which the drive was last saved; None if it has changed since.
     """
 
     def __init__(self, experiment: Experiment, controllers: Mapping[str, Genomes]) -> None:
+        self.experiment = experiment
         self._organism, self._entry = experiment.organism, experiment.entries["organism"]
         self._controllers = controllers
         self.commands = commands_of(experiment)
+        self.holds = tuple(controllers) == tuple(command.name for command in self.commands)
         self.restart()
 
     def restart(self) -> None:
@@ -168,8 +233,11 @@ class Drive:
             )
         self._steered = steered
         self.command = self.commands[0]
+        self.given = 0
+        self._feet: tuple[NDArray[Any], NDArray[Any]] | None = None
         self.ending = ""
-        self.shares = np.eye(len(self.commands))[0]
+        self.shares: NDArray[np.float64] | None = None
+        self.saved: Path | None = None
         self._frames, self._lag = 0, 0.0
         self._latest: deque[NDArray[np.float64]] = deque(maxlen=int(RECENT * self.frame_rate) + 1)
         self._centres: deque[NDArray[np.float64]] = deque(maxlen=self._latest.maxlen)
@@ -182,9 +250,12 @@ class Drive:
         """Simulated time in seconds."""
         return self._frames / self.frame_rate
 
-    def choose(self, name: str) -> None:
-        """Activate the command with this name from the next frame."""
+    def give(self, name: str) -> None:
+        """Give the command with this name, which acts from the next frame."""
         self.command = next(command for command in self.commands if command.name == name)
+        self.given += 1
+        with plugin_errors(self._entry, "receiving a command"):
+            self._steered.give(name)
 
     def advance_to(self, seconds: float) -> None:
         """Simulate up to a time on a clock that started with the simulation.
@@ -204,7 +275,7 @@ class Drive:
 
     def _simulate(self, frames: int) -> None:
         with plugin_errors(self._entry, "being steered"):
-            motion = self._steered.advance(self.command.name, frames)
+            motion = self._steered.advance(frames)
             skeleton = self._organism.skeleton(motion, 0)
         self._check(motion, skeleton, frames)
         if self._first is None:
@@ -216,11 +287,15 @@ class Drive:
             self._centres.append(np.asarray(skeleton.path[frame], dtype=np.float64))
             if (self._frames + frame) % every == 0:
                 self._path.append(self._centres[-1])
+        self._feet = (
+            None
+            if skeleton.contacts is None or skeleton.touching is None
+            else (skeleton.contacts[-1:], skeleton.touching[-1:])
+        )
         self._frames += flown
+        self.saved = None
         if SHARES in motion and flown:
             self.shares = np.asarray(motion[SHARES][0, flown - 1], dtype=np.float64)
-        elif SHARES not in motion:
-            self.shares = np.eye(len(self.commands))[self.commands.index(self.command)]
         if motion.failures:
             self.ending = f"It ended after {self.seconds:.1f} s: {motion.failures[0]}."
         elif flown < frames:
@@ -244,13 +319,79 @@ class Drive:
     @property
     def skeleton(self) -> Skeleton:
         """The body over the last three seconds; the last frame is the current one."""
-        assert self._first is not None, "a frame is simulated at the start"
-        return Skeleton(
-            np.stack(self._latest),
-            self._first.names,
-            self.frame_rate,
+        first, frames = self._first, len(self._latest)
+        assert first is not None, "a frame is simulated at the start"
+        contacts, touching = self._feet or (None, None)
+        return replace(
+            first,
+            segments=np.stack(self._latest),
             centre=np.stack(self._centres),
+            contacts=None if contacts is None else np.repeat(contacts, frames, axis=0),
+            touching=None if touching is None else np.repeat(touching, frames, axis=0),
+            solids=(),
+            poses=None,
+            damaged=tuple(name for name in first.damaged if name in first.names),
         )
+
+    @property
+    def flies(self) -> bool:
+        """Whether the body has no feet."""
+        return self._feet is None
+
+    @property
+    def facts(self) -> dict[str, str]:
+        """What the body is asked to do: values with units by name."""
+        with plugin_errors(self._entry, "describing what it is asked to do"):
+            return {str(name): str(value) for name, value in self._steered.facts().items()}
+
+    @property
+    def notice(self) -> str:
+        """What the person should know now, or ''."""
+        with plugin_errors(self._entry, "describing what it is asked to do"):
+            return str(self._steered.notice())
+
+    @property
+    def recordable(self) -> bool:
+        """Whether the drive can be saved."""
+        return bool(self._options())
+
+    def _options(self) -> dict[str, Any]:
+        """Return the options with which the body repeats the drive, by name; {} if it cannot."""
+        with plugin_errors(self._entry, "recording a drive"):
+            found = dict(self._steered.drive())
+        if found and len(self._controllers) != 1:
+            raise contract_error(
+                self._entry,
+                f"records a drive with {len(self._controllers)} controllers",
+                "a body with one controller, whose genome moves it",
+            )
+        return found
+
+    def save(self, out: Path | None = None) -> Path:
+        """Save the drive up to now as a run of one generation, and return its folder.
+
+        The champion of the run is the steered individual, whose body repeats the drive. A run can
+        be replayed, exported, filmed and shared.
+
+        Args:
+            out: folder to create; None for one in `runs/`, named after the experiment. A number is
+                added to an existing name.
+
+        Raises:
+            GaitsimError: the body cannot repeat the drive, or the folder cannot be created.
+        """
+        self.check_recordable()
+        [genome] = self._controllers.values()
+        self.saved = save_drive(self.experiment, genome, self._options(), self.seconds, out)
+        return self.saved
+
+    def check_recordable(self) -> None:
+        """Check that the drive can be saved."""
+        if not self.recordable:
+            raise GaitsimError(
+                f"drives of the body {self._entry.name!r} cannot be recorded",
+                allowed="a body that repeats a drive from its options, such as a legged robot",
+            )
 
     @property
     def path(self) -> NDArray[np.float64]:
@@ -278,6 +419,58 @@ class Drive:
         both = np.stack([self._first.segments[0], self._latest[-1]])
         found = heading(trunk(Skeleton(both, self._first.names, self.frame_rate)))
         return None if found is None else float((found[-1] + np.pi) % (2 * np.pi) - np.pi)
+
+
+def save_drive(
+    experiment: Experiment,
+    genome: Genomes,
+    options: Mapping[str, Any],
+    seconds: float,
+    out: Path | None = None,
+) -> Path:
+    """Save a drive as a run of one generation; see `Drive.save`.
+
+    Both individuals of the generation are the driven one, as a generation has at least two.
+
+    Args:
+        experiment: experiment of the body.
+        genome: genome of the driven individual, (genes,).
+        options: options with which the body repeats the drive, by name.
+        seconds: length of the drive, s.
+        out: folder to create; None for one in `runs/`.
+    """
+    name = experiment.name.removesuffix(DRIVEN) + DRIVEN
+    plain = replace(
+        experiment,
+        evolution=Evolution(population=2, generations=1),
+        islands=ONE_ISLAND,
+        worlds=experiment.worlds.own,
+        transferability=NO_REALITY,
+        reality=None,
+        constraints=UNCONSTRAINED,
+    )
+    driven = with_overrides(
+        plain,
+        {
+            "name": name,
+            "description": f"a drive of {seconds:.1f} s, recorded by 'gaitsim steer'",
+            "search.plugin": "random",
+            **{f"organism.{option}": value for option, value in options.items()},
+        },
+        "recorded drive",
+    )
+    genomes = np.stack([genome, genome])
+    evaluation = evaluate(driven, genomes, 1)
+    if 0 in evaluation.reasons:
+        raise GaitsimError(
+            f"the body cannot repeat the drive: {evaluation.reasons[0]}",
+            where=str(experiment.entries["organism"]),
+        )
+    path = create_run(driven, out, Start(driven.to_toml(), genomes))
+    with RunWriter.open(path) as writer:
+        for _ in writer.evolve(lambda *_: evaluation):
+            pass
+    return path
 
 
 def _until_ground(skeleton: Skeleton) -> int:

@@ -353,6 +353,19 @@ def puppet(puppets):
 
 
 @pytest.fixture
+def cart(install):
+    """Install a cart, which can be steered, and return its experiment."""
+    from cart import CART
+
+    from gaitsim.experiment import parse_experiment
+
+    source = (Path(__file__).parent / "cart.py").read_text()
+    entries = {"organism": {"cart": "Cart"}, "fitness": {"cart-distance": "Distance"}}
+    install("carts", source, entries)
+    return parse_experiment(CART, "cart.toml")
+
+
+@pytest.fixture
 def puppet_file(tmp_path):
     """Return the path of an experiment file of puppets."""
     path = tmp_path / "puppet.toml"

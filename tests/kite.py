@@ -38,13 +38,17 @@ class Kite(Steered):
 
     def __init__(self, controllers):
         self.controllers, self.height = controllers, 1.0
+        self.command = COMMANDS[0].name
 
-    def advance(self, command, frames):
-        speed = self.controllers[command][0]
+    def give(self, command):
+        self.command = command
+
+    def advance(self, frames):
+        speed = self.controllers[self.command][0]
         heights = self.height + speed / RATE * np.arange(1, frames + 1)
         self.height = float(heights[-1])
         shares = np.zeros((1, frames, len(COMMANDS)))
-        shares[..., [one.name for one in COMMANDS].index(command)] = 1.0
+        shares[..., [one.name for one in COMMANDS].index(self.command)] = 1.0
         failures = {0: "the kite tore"} if self.height > 5 else {}
         return Motion(RATE, {"height": heights[None], "shares": shares}, failures=failures)
 

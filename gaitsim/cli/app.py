@@ -26,7 +26,7 @@ app = group(
         "video": "Make a video of the champion: MP4 or GIF.",
         "play": "Play a champion in the terminal until Ctrl-C.",
         "analyse": "Report which gait evolved and how its score is made up.",
-        "steer": "Fly a body with the keyboard: each key puts another trained network in control.",
+        "steer": "Steer a body with the keyboard: drive a robot in physics, or fly a fly.",
         "adapt": "Find a gait for a damaged body in a few trials, guided by an atlas.",
         "imitate": "Train a network to imitate the champion or a gait file, and evaluate the "
         "gait that the network generates.",

@@ -27,6 +27,11 @@ def preset_names(incomplete: str) -> list[str]:
     return _matching(incomplete, entries(EXPERIMENTS))
 
 
+def preset_or_run_names(incomplete: str) -> list[str]:
+    """Return the names of presets, then of runs, with this prefix."""
+    return list(dict.fromkeys([*preset_names(incomplete), *run_names(incomplete)]))
+
+
 def study_names(incomplete: str) -> list[str]:
     """Return the names of installed studies with this prefix."""
     return _matching(incomplete, entries(STUDIES))

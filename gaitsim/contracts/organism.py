@@ -208,13 +208,22 @@ class Organism(Plugin):
     def commands(self) -> tuple[Command, ...]:
         """Return the commands that a person can give, each with its own key.
 
-        The first command applies while no key is pressed. The default returns (): the body cannot
-        be steered.
+        The first command ends the others, such as hovering or standing, and is in force at the
+        start. The default returns (): the body cannot be steered.
         """
         return ()
 
+    def controller_names(self) -> tuple[str, ...]:
+        """Return the names of the controllers that obey the commands.
+
+        By default, each command has its own controller of the same name. A body whose only
+        controller obeys all commands returns one name, such as ('gait',); any individual of the
+        body can then be steered.
+        """
+        return tuple(command.name for command in self.commands())
+
     def controllers(self) -> Mapping[str, Genomes]:
-        """Return the trained controllers of the package by command: genomes of shape (genes,).
+        """Return the controllers of the package by name: genomes of shape (genes,).
 
         Controllers fit only bodies with the options with which they were trained. Return {} if the
         options of this body give it a different genome space, such as that of a larger network.
@@ -225,7 +234,7 @@ class Organism(Plugin):
         """Return the body in its initial state, ready to be steered.
 
         Args:
-            controllers: a genome (genes,) for each of `commands()`, by name.
+            controllers: a genome (genes,) for each of `controller_names()`, by name.
 
         Raises:
             GaitsimError: the body cannot be steered, or a controller is missing or does not fit.
@@ -241,6 +250,6 @@ class Organism(Plugin):
         The default returns None: the body cannot be simulated in a web page.
 
         Args:
-            controllers: a genome (genes,) for each of `commands()`, by name.
+            controllers: a genome (genes,) for each of `controller_names()`, by name.
         """
         return None

@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 from textual.binding import Binding, BindingType
 
+from gaitsim.choices import STEERING_KEYS
+
 
 class ScreenAction(NamedTuple):
     """An action of a screen or a widget.
@@ -92,6 +94,9 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("back", "escape", "Back", "Previous screen"),
         Hidden("studies", "u", "Studies", "Sweeps and comparisons over repeats",
                words="sweep compare statistics repeats operators table surface report"),
+        Hidden("steer", "D", "Steer", "Steer the body of the champion yourself with the keyboard",
+               words="drive fly control arrow keys robot", why="Select a run with a champion.",
+               where="At home, on a live run or in a replay, for a body that can be steered:"),
         Hidden("verify", "v", "Verify", "Reproduce generations of the run and compare every bit",
                words="reproduce check identical bits checksum",
                why="No run with a finished generation is selected.",
@@ -269,17 +274,12 @@ ACTIONS: dict[str, list[ScreenAction]] = {
                "choose(0, -1)"),
         Shown("remove", "enter,space", "Toggle leg", "Remove or restore the chosen leg")],
     "steering": [
-        Hidden("up", "up", "Command ↑", "Switch to the controller of this key", "command('up')"),
-        Hidden("down", "down", "Command ↓", "Switch to the controller of this key",
-               "command('down')"),
-        Hidden("left", "left", "Command ←", "Switch to the controller of this key",
-               "command('left')"),
-        Hidden("right", "right", "Command →", "Switch to the controller of this key",
-               "command('right')"),
-        Hidden("space", "space", "Command ␣", "Switch to the controller of this key",
-               "command('space')"),
+        *(Hidden(key, key, f"Command {key}", "Give the command of this key", f"command({key!r})")
+          for key in STEERING_KEYS),
         Shown("restart", "r", "Restart", "Return to the start", words="again start fly"),
         Shown("pause", "p", "Pause", "Pause or resume"),
+        Shown("save", "ctrl+s", "Save", "Save the drive as a run, to replay, export and film it",
+              words="record store keep run", why="The drive has been saved, or has no command."),
         Shown("view", "v", "View", "From behind, the side, or above",
               words="camera behind side above"),
         Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "zoom(1)"),

@@ -166,14 +166,19 @@ class SteeredFly(Steered):
         self._buffer = np.zeros((flight.BUFFER, flight.LANES))
         self._buffer[flight.POSITION + 2] = START
         self._buffer[[flight.ROTATION, flight.ALIVE]] = 1.0
+        self._command = 0
         self._mechanics = fly.mechanics(fly.world)
         self._control_arguments = fly.control_arguments(self._mechanics)
         self._flown = 0
 
-    def advance(self, command: str, frames: int) -> Motion:
-        """Simulate `frames` frames, which are control steps of the network, under a command."""
+    def give(self, command: str) -> None:
+        """Put the network of a command in control, until the next command."""
         if command not in NAMES:
             raise GaitsimError(f"unknown command {command!r}", allowed=", ".join(NAMES))
+        self._command = NAMES.index(command)
+
+    def advance(self, frames: int) -> Motion:
+        """Simulate `frames` frames, which are control steps of the network."""
         if frames < 1:
             raise GaitsimError(f"cannot advance by {frames} frames", allowed="1 or more")
         states = np.empty((frames, flight.STATE))
@@ -181,7 +186,7 @@ class SteeredFly(Steered):
         courses = np.empty((frames, course.COURSE))
         shares = np.empty((frames, len(NAMES)))
         lasted = steer(
-            NAMES.index(command),
+            self._command,
             self._weights,
             *self._control_arguments,
             self._rates,

@@ -1,15 +1,22 @@
 """`gaitsim gallery` and `gaitsim steer`."""
 
 import sys
+from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import SET, Action, argument
-from gaitsim.choices import STEERING_PRESET
+from gaitsim.actions.action import SET, Action, argument, not_combinable
+from gaitsim.choices import STEERING_PRESETS
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
 
-ALLOWED = "COMMAND=RUN, COMMAND=RUN@GENERATION or COMMAND=FILE of a champion"
+if TYPE_CHECKING:
+    from gaitsim.contracts import Genomes
+    from gaitsim.experiment import Experiment
+
+ALLOWED = "NAME=RUN, NAME=RUN@GENERATION or NAME=FILE of a champion"
 
 
 class WriteGallery(Action):
@@ -56,9 +63,14 @@ class WriteGallery(Action):
 
 
 class Steer(Action):
-    """Fly a body with the keyboard: each key puts another trained network in control.
+    """Steer a body with the keyboard: drive a robot in physics, or fly a fly.
 
-    The keys select steering commands, such as climb or left. Each command has its own network.
+    With the name of a preset, a robot walks with the gait that its package made by hand; with a
+    run or a challenge code, with the gait that evolved. A preset precedes a run of the same name:
+    for the run, write runs/NAME. A drive can be saved as a run, which can be replayed, exported
+    and filmed like any other.
+
+    Each key of the fly puts another trained network in control.
 
     [bold]Examples[/bold]
 
@@ -69,19 +81,28 @@ class Steer(Action):
     gaitsim steer --out fly.html
     """
 
-    experiment: str = argument(
-        "name of a preset or path of an experiment file whose body can be steered",
-        "NAME|FILE",
-        STEERING_PRESET,
-        completion="preset_names",
+    body: str = argument(
+        "name of a preset, path of an experiment file or a robot file, or individual whose body "
+        "is steered: a run (its champion), RUN@N (the best individual of generation N), RUN#N "
+        "(member N), a champion file or a challenge code",
+        "NAME|FILE|RUN[@N|#N]|CODE",
+        STEERING_PRESETS[0],
+        completion="preset_or_run_names",
     )
     controller: Names | None = option(
         None,
-        "while this steering command is active, control the body with the champion of a run, the "
-        "best individual of its generation N, or a champion file",
-        placeholder="COMMAND=RUN[@N]|FILE",
+        "use the champion of a run, the best individual of its generation N, or a champion file "
+        "as this controller of the body",
+        placeholder="NAME=RUN[@N]|FILE",
     )
     set_: Names | None = SET
+    record: Path | None = option(
+        None,
+        "save each drive as a run in this folder, without asking; a number is added to an "
+        "existing name",
+        unset="the screen offers to save drives as runs/NAME-drive",
+        placeholder="FOLDER",
+    )
     out: Path | None = option(
         None,
         "write a web page (one file) in which the body can be steered, instead of opening the "
@@ -92,38 +113,83 @@ class Steer(Action):
     def do(self) -> None:
         """Open the terminal UI, or write the page."""
         from gaitsim.cli.tui import check_terminal, run_app
-        from gaitsim.experiment import load_experiment, parse_assignments
+        from gaitsim.console.printing import status
         from gaitsim.runs.files.folder import command
-        from gaitsim.steering import Drive, controllers_of
+        from gaitsim.steering import Drive
 
+        if self.record is not None and self.out is not None:
+            raise not_combinable("--record", "--out")
         if self.out is None:
             check_terminal("write a web page instead: gaitsim steer --out fly.html")
-        loaded = load_experiment(self.experiment, parse_assignments(self.set_ or ()))
-        replaced = dict(map(_parse_controller, self.controller or ()))
-        controllers = controllers_of(loaded, replaced)
-        if self.out is not None:
-            from gaitsim.console.printing import echo, report_files
-            from gaitsim_page.steering import write_page
-
-            description = write_page(loaded, controllers, self.out)
-            report_files(self.out)
-            echo(f"{self.out}: {description}")
+        with status("Preparing the body …"):
+            experiment, controllers = self._subject()
+            drive = None if self.out is not None else Drive(experiment, controllers)
+        if drive is None:
+            self._write_page(experiment, controllers)
             return
         from gaitsim.tui.app import GaitsimApp
         from gaitsim.tui.config import config_path, read_config
         from gaitsim.tui.screens.steering import Steering
 
-        body = [] if self.experiment == STEERING_PRESET else [self.experiment]
+        if self.record is not None:
+            drive.check_recordable()
         options = [part for text in self.controller or () for part in ("--controller", text)]
         options += [part for text in self.set_ or () for part in ("--set", text)]
-        line = command("steer", *body, *options)
-        drive = Drive(loaded, controllers)
+        line = command(
+            "steer", *([] if self.body == STEERING_PRESETS[0] else [self.body]), *options
+        )
         config = read_config(config_path())
-        run_app(GaitsimApp(config=config, first=lambda: Steering(lambda: drive, line)))
+        screen = partial(Steering, lambda: drive, line, record=self.record)
+        run_app(GaitsimApp(config=config, first=screen))
+
+    def _subject(self) -> "tuple[Experiment, dict[str, Genomes]]":
+        """Return the experiment of the body, and the genomes of its controllers by name."""
+        from gaitsim.console.codes import read_challenge
+        from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment
+        from gaitsim.runs.creation import find_individual
+        from gaitsim.steering import controllers_of, individual_controllers
+
+        overrides = parse_assignments(self.set_ or ())
+        replaced = dict(map(_parse_controller, self.controller or ()))
+        challenge = read_challenge(self.body)
+        if challenge is not None:
+            experiment, genome = challenge.experiment_with(overrides), challenge.genome
+        elif _names_individual(self.body):
+            saved = find_individual(self.body)
+            experiment = parse_experiment(saved.experiment, self.body, overrides)
+            genome = saved.genome
+        else:
+            experiment = load_experiment(self.body, overrides)
+            return experiment, controllers_of(experiment, replaced)
+        if replaced:
+            return experiment, controllers_of(experiment, replaced)
+        return experiment, individual_controllers(experiment, genome, self.body)
+
+    def _write_page(self, experiment: "Experiment", controllers: "Mapping[str, Genomes]") -> None:
+        from gaitsim.console.printing import echo, report_files
+        from gaitsim_page.steering import write_page
+
+        assert self.out is not None, "a page is written to this file"
+        description = write_page(experiment, controllers, self.out)
+        report_files(self.out)
+        echo(f"{self.out}: {description}")
+
+
+def _names_individual(reference: str) -> bool:
+    """Return whether a reference is an individual rather than a preset or a file of a body."""
+    from gaitsim.experiment.loading import is_body_file
+    from gaitsim.registry import EXPERIMENTS, entries
+    from gaitsim.runs.files.folder import RUNS, holds_run
+
+    if reference in entries(EXPERIMENTS) or reference.endswith(".toml") or is_body_file(reference):
+        return False
+    run = reference.rstrip("0123456789").rstrip("@#")
+    runs = (Path(one) for name in (reference, run) for one in (name, RUNS / name))
+    return reference.endswith(".pickle") or any(map(holds_run, runs))
 
 
 def _parse_controller(text: str) -> tuple[str, str]:
-    """Return the command and the individual in a value of `--controller`."""
+    """Return the controller and the individual in a value of `--controller`."""
     name, equals, reference = text.partition("=")
     if not (name and equals and reference):
         raise GaitsimError(f"invalid controller: {text!r}", where="--controller", allowed=ALLOWED)

@@ -47,7 +47,7 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
             f"web pages cannot simulate the body {entry.name!r}",
             where=f"experiment {experiment.name}",
             allowed="a body with the method steering_page()",
-            remedy="steer it in a terminal: gaitsim steer",
+            remedy="steer it in a terminal, save the drive, and export that run with --format html",
         )
     if not isinstance(own, SteeringPage):
         raise contract_error(

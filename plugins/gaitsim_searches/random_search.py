@@ -20,5 +20,6 @@ class RandomSearch(Search):
     several: ClassVar[bool] = True
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return random genomes; with a warm start, the very first is its genome."""
-        return context.begin(1 / context.population, lambda genomes: genomes), state
+        """Return random genomes; with a warm start, the very first are its genomes."""
+        kept = max(1, min(len(context.starts), context.population))
+        return context.begin(kept / context.population, lambda genomes: genomes), state

@@ -1,6 +1,14 @@
-"""Errors of `gaitsim steer`."""
+"""`gaitsim steer`: what it steers, and its errors."""
 
+import numpy as np
 import pytest
+from cart import CART
+from kite import fly_kites
+
+from gaitsim.api import evolve, load
+from gaitsim.runs.creation import champion_of
+from gaitsim.runs.files.checkpoint import write_champion
+from gaitsim.sharing.challenge import code_of
 
 
 @pytest.fixture
@@ -22,4 +30,74 @@ def test_a_body_without_commands_is_rejected_with_alternatives(gaitsim, terminal
 def test_an_invalid_controller_is_rejected(gaitsim, terminal):
     said = gaitsim("steer", "fly", "--controller", "climb", code=2).stderr
     assert "invalid controller: 'climb'" in said
-    assert "COMMAND=RUN" in said
+    assert "NAME=RUN" in said
+
+
+@pytest.fixture
+def opened(monkeypatch, terminal):
+    """Return the list of the screens with which `gaitsim steer` opened the terminal UI."""
+    screens = []
+    monkeypatch.setattr("gaitsim.cli.tui.run_app", lambda app: screens.append(app._first()))
+    return screens
+
+
+def test_presets_files_runs_champions_and_codes_are_steered(gaitsim, cart, opened, tmp_path):
+    (tmp_path / "cart.toml").write_text(CART)
+    for _ in evolve(cart, out="runs/cart"):
+        pass
+    run = load("cart")
+    write_champion(tmp_path / "champion.pickle", champion_of(run.snapshot, 1))
+    (tmp_path / "code.txt").write_text(code_of(run.champion))
+    first, last = (run.replay(number).genome for number in (1, None))
+    for reference, genome in {
+        "cart.toml": np.array([0.3]),
+        "cart": last,
+        "runs/cart": last,
+        "cart@1": first,
+        "champion.pickle": first,
+        "code.txt": last,
+    }.items():
+        gaitsim("steer", reference, "--set", "organism.duration=9")
+        drive = opened.pop()._load()
+        assert np.array_equal(drive._controllers["gait"], genome), reference
+        assert drive.experiment.organism.duration == 9
+    gaitsim("steer", "cart.toml", "--controller", "gait=cart@1", "--record", "mine")
+    screen = opened.pop()
+    assert np.array_equal(screen._load()._controllers["gait"], first)
+    assert screen.command_line() == "gaitsim steer cart.toml --controller gait=cart@1"
+    assert screen._record.name == "mine"
+
+
+def test_the_default_is_the_fly(gaitsim, opened):
+    gaitsim("steer")
+    screen = opened.pop()
+    assert screen.command_line() == "gaitsim steer"
+    assert screen._load().holds
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--record", "mine"), "drives of the body 'fly' cannot be recorded"),
+        (("--record", "mine", "--out", "a.html"), "--record and --out cannot be combined"),
+        (("cart.toml", "--out", "a.html"), "web pages cannot simulate the body 'cart'"),
+        (("nobody",), "'nobody'"),
+        (("nobody@3",), "'nobody@3'"),
+    ],
+)
+def test_bodies_and_options_that_do_not_fit_are_refused(
+    gaitsim, cart, terminal, tmp_path, words, message
+):
+    (tmp_path / "cart.toml").write_text(CART)
+    assert message in gaitsim("steer", *words, code=2).stderr.replace("\n", " ")
+    assert not [*tmp_path.glob("*.html")]
+
+
+def test_a_run_of_the_fly_must_say_which_controller_it_replaces(
+    gaitsim, puppets, walk, terminal, monkeypatch
+):
+    fly_kites(monkeypatch, puppets.Puppet)
+    walk("kite")
+    said = gaitsim("steer", "kite", code=2).stderr
+    assert "needs a controller for each command" in said
+    assert "--controller stay=kite" in said

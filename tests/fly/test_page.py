@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from javascript import call
 
-from gaitsim.choices import STEERING_PRESET
+from gaitsim.choices import STEERING_PRESETS
 from gaitsim.experiment import load_experiment
 from gaitsim_fly import assets
 from gaitsim_fly.organism import Fly
@@ -48,7 +48,8 @@ def commanded(fly, controllers, seconds, seed):
         commands.append((NAMES[rng.integers(len(NAMES))], int(rng.integers(1, 150))))
     steered, expected = fly.steer(controllers), []
     for name, frames in commands:
-        motion = steered.advance(name, frames)
+        steered.give(name)
+        motion = steered.advance(frames)
         assert not motion.failures
         channels = ("position", "rotation", "velocity", "wing_angles")
         state = np.concatenate([motion[channel][0, -1, 0] for channel in channels])
@@ -72,7 +73,7 @@ def test_commands_give_the_same_bits_as_in_python(wings):
 
 @pytest.mark.slow
 def test_the_trained_networks_fly_for_a_minute_with_the_same_bits():
-    fly = load_experiment(STEERING_PRESET).organism
+    fly = load_experiment(STEERING_PRESETS[0]).organism
     for expected, found in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
         assert np.array_equal(expected[0], found[0])
 

@@ -37,8 +37,10 @@ def test_controllers_fit_all_steering_presets() -> None:
 def test_splitting_a_command_does_not_change_any_bit_and_control_passes_smoothly() -> None:
     own = fly()
     whole, cut = (own.steer(own.controllers()) for _ in range(2))
-    first = whole.advance("climb", 30)
-    parts = [cut.advance("climb", frames) for frames in (1, 12, 17)]
+    whole.give("climb")
+    cut.give("climb")
+    first = whole.advance(30)
+    parts = [cut.advance(frames) for frames in (1, 12, 17)]
     for name in (*own.channels, "shares"):
         joined = np.concatenate([part[name] for part in parts], axis=1)
         assert (joined == first[name]).all(), name
@@ -56,7 +58,8 @@ def test_a_steered_network_flies_a_course_as_in_move() -> None:
     moved = own.move(genome[None])
     steered = own.steer(dict.fromkeys(NAMES, genome))
     steered._shares[:] = 0, 0, 0, 0, 1  # type: ignore[attr-defined]
-    motion = steered.advance("forward", 50)
+    steered.give("forward")
+    motion = steered.advance(50)
     np.testing.assert_allclose(
         motion["position"][0] - [0, 0, START], moved["position"][0, 1:], atol=1e-9
     )
@@ -81,9 +84,9 @@ def test_invalid_bodies_controllers_and_commands_are_refused() -> None:
         own.steer(dict.fromkeys(NAMES, np.zeros(3)))
     steered = own.steer(own.controllers())
     with pytest.raises(GaitsimError, match="dive"):
-        steered.advance("dive", 1)
+        steered.give("dive")
     with pytest.raises(GaitsimError, match="0 frames"):
-        steered.advance("hover", 0)
+        steered.advance(0)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +102,8 @@ def test_invalid_bodies_controllers_and_commands_are_refused() -> None:
 def test_each_command_reaches_its_speeds(command: str, speeds: Any) -> None:
     own = fly()
     steered = own.steer(own.controllers())
-    motion = steered.advance(command, 300)
+    steered.give(command)
+    motion = steered.advance(300)
     velocity = motion["velocity"][0, 100:, 0].mean(axis=0)
     yaw = motion["angular_velocity"][0, 100:, 0, 2].mean()
     np.testing.assert_allclose([velocity[0], velocity[2], yaw], speeds, atol=0.2)
@@ -126,7 +130,8 @@ def test_it_flies_for_a_minute_under_random_commands(seed: int) -> None:
     left = 6000
     while left:
         frames = min(left, int(rng.integers(30, 201)))  # 0.3 s to 2 s
-        motion = steered.advance(NAMES[rng.integers(len(NAMES))], frames)
+        steered.give(NAMES[rng.integers(len(NAMES))])
+        motion = steered.advance(frames)
         left -= frames
         assert not motion.failures
         assert own.skeleton(motion, 0).segments[..., 2].min() > 0.5

@@ -5,6 +5,7 @@ from functools import partial
 import pytest
 from kite import fly_kites
 
+from gaitsim.api import evolve, load
 from gaitsim.errors import GaitsimError
 from gaitsim.steering import create_drive
 from gaitsim.tui.screens.steering import Steering
@@ -27,8 +28,8 @@ def kite(here, puppet, puppets, monkeypatch):
     return puppet()
 
 
-async def open_steering(driver, load, clock):
-    screen = Steering(load, "gaitsim steer", clock)
+async def open_steering(driver, load, clock, **options):
+    screen = Steering(load, "gaitsim steer", clock, **options)
     driver.app.push_screen(screen)
     await driver.until(lambda: screen.drive is not None)
     return screen
@@ -82,6 +83,96 @@ async def test_an_unreadable_controller_is_reported(kite, drive):
         await driver.at("Home")
 
 
+async def test_a_walking_body_is_driven_and_its_drive_saved(here, cart, drive):
+    async with drive() as driver:
+        clock = Clock()
+        screen = await open_steering(driver, partial(create_drive, cart, {}), clock)
+        assert "space" not in driver.text("#steering-message")
+        assert "␣ is stop" in driver.text("#steering-message")
+        assert not {"steering.save", "steering.a"} & driver.offered()
+        await driver.press("left", "x")
+        for _ in range(4):
+            await driver.press("up")
+        await fly(driver, screen, clock, 0.5)
+        facts = driver.text("#steering-facts")
+        for text in ("0.30 m/s", "0.5 rad/s", "↑ faster", "x push", "speed"):
+            assert text in facts
+        assert "altitude" not in facts
+        assert "flight" not in facts
+        assert "clipped to 0.3 m/s" in driver.text("#steering-message")
+        assert screen.curve.series[0].name == "speed, m/s"
+        await driver.press("down")
+        await driver.until(lambda: "clipped" not in driver.text("#steering-message"))
+        await driver.press("ctrl+s")
+        await driver.until(lambda: screen.drive.saved is not None)
+        assert load("cart-drive").champion.experiment.organism.drive
+        assert "steering.save" not in driver.offered()
+        await driver.press("escape")  # nothing to ask
+        await driver.at("Home")
+
+
+async def test_leaving_and_restarting_ask_about_an_unsaved_drive(here, cart, drive):
+    async with drive() as driver:
+        clock = Clock()
+        screen = await open_steering(driver, partial(create_drive, cart, {}), clock)
+        await driver.press("up")
+        for _ in range(4):
+            await fly(driver, screen, clock, 0.9)
+        await driver.press("escape")
+        question = await driver.at("Choose")
+        assert "Save the drive of 3.6 s as a run?" in str(question.query("Static").first().render())
+        await driver.press("escape")
+        assert driver.app.screen is screen
+        await driver.press("r")
+        await driver.at("Choose")
+        await driver.press("d")
+        await driver.until(lambda: screen.drive.seconds < 0.1)
+        assert not (here / "runs").exists()
+        await driver.press("up")
+        for _ in range(8):
+            if not screen.drive.ending:
+                await fly(driver, screen, clock, 0.9)
+        await driver.press("escape")
+        await driver.at("Choose")
+        await driver.press("s")
+        await driver.at("Home")
+        assert load("cart-drive").champion.experiment.organism.duration == pytest.approx(7.2)
+
+
+async def test_with_a_folder_for_recordings_nobody_is_asked(here, cart, drive):
+    async with drive() as driver:
+        clock, make = Clock(), partial(create_drive, cart, {})
+        screen = await open_steering(driver, make, clock, record=here / "mine")
+        for _ in range(2):
+            await driver.press("up")
+            for _ in range(4):
+                await fly(driver, screen, clock, 0.9)
+            await driver.press("r")
+            await driver.until(lambda: screen.drive.seconds < 0.1)
+        assert [path.name for path in here.glob("mine*")] == ["mine", "mine-2"]
+
+
+async def test_the_champion_of_a_run_is_steered_from_home_and_a_replay(here, cart, drive):
+    for _ in evolve(cart, out="runs/cart"):
+        pass
+    async with drive() as driver:
+        await driver.press("D")
+        screen = await driver.at("Steering")
+        await driver.until(lambda: screen.drive is not None)
+        assert screen.command_line() == "gaitsim steer runs/cart"
+        await driver.press("escape")
+        await driver.at("Home")
+        await driver.press("r")
+        await driver.at("Replay")
+        await driver.until(lambda: driver.app.screen.pane.shown is not None)
+        titles = {one.title for one in driver.app.screen.palette()}
+        assert not [title for title in titles if title.startswith("Steer")]
+        await driver.press("left_square_bracket", "D")
+        screen = await driver.at("Steering")
+        await driver.until(lambda: screen.drive is not None)
+        assert screen.command_line() == "gaitsim steer runs/cart@1"
+
+
 @pytest.mark.slow
 async def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
     run = walk()
@@ -91,10 +182,10 @@ async def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive
         def commands():
             return {one.title: one for one in driver.screen.palette()}
 
-        commands()["Steer"].do()
+        commands()["Steer: fly-steer-hover"].do()
         screen = await driver.at("Steering")
         await driver.until(lambda: screen.drive is not None)
-        assert screen.command_line() == "gaitsim steer"
+        assert screen.command_line() == "gaitsim steer fly-steer-hover"
         await driver.press("escape")
         driver.app.screen.show_screen("replay.Replay", run, 2)
         await driver.at("Replay")

@@ -1,6 +1,7 @@
 """The base class of all screens."""
 
 import asyncio
+import json
 from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from importlib import import_module
@@ -165,6 +166,22 @@ class GaitScreen(Screen[None]):
         if self.choice is not None:
             self.show_screen("atlas.Map", self.choice.run, self.choice.which)
 
+    def action_steer(self) -> None:
+        """Steer the body of the individual, which controls it."""
+        from gaitsim.individual import Member
+        from gaitsim.runs.files.folder import command
+        from gaitsim.steering import individual_drive
+
+        if self.choice is None:
+            return
+        run, which, damage, _ = self.choice
+        number = which.number if isinstance(which, Member) else which
+        mark = "" if number is None else f"{'#' if isinstance(which, Member) else '@'}{number}"
+        changes = {"organism.damage": [*damage]} if damage else {}
+        load = partial(individual_drive, f"{run}{mark}", changes)
+        options = [part for key in changes for part in ("--set", f"{key}={json.dumps([*damage])}")]
+        self.show_screen("steering.Steering", load, command("steer", f"{run}{mark}", *options))
+
     def action_files(self) -> None:
         """Show the files exported from the run."""
         if self.choice is not None:
@@ -235,6 +252,8 @@ class GaitScreen(Screen[None]):
             return len(self.app.screen_stack) > 1
         if action == "verify":
             return self.is_mounted and self.run_to_verify is not None
+        if action == "steer" and not (self.is_mounted and self.choice is not None):
+            return False
         if self.is_mounted and self.obstacle(action):
             return False
         return super().check_action(action, parameters)

@@ -14,6 +14,7 @@ from textual.app import ComposeResult
 from textual.reactive import reactive
 from textual.widgets import DataTable, Input, Static
 
+from gaitsim.choices import STEERING_PRESETS
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
@@ -28,7 +29,7 @@ LISTED = 12  # maximum number of runs that a question names
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "files", "replay", "map", "why", "compare", "export",
-    "filter", "laboratory", "back",
+    "filter", "laboratory", "steer", "back",
 )  # fmt: skip
 
 
@@ -261,14 +262,20 @@ other terminals.
                 f"Create a run from the preset {name}",
                 partial(self.show_screen, "new.New", name),
             )
-        yield PaletteCommand("Steer", "Fly a body yourself with the arrow keys", self._steer)
+        for name in STEERING_PRESETS:
+            yield PaletteCommand(
+                f"Steer: {name}",
+                f"Steer the body of the preset {name} yourself with the arrow keys",
+                partial(self._steer, name),
+            )
         yield from super().palette()
 
-    def _steer(self) -> None:
+    def _steer(self, name: str) -> None:
         from gaitsim.runs.files.folder import command
-        from gaitsim.steering import default_drive
+        from gaitsim.steering import preset_drive
 
-        self.show_screen("steering.Steering", default_drive, command("steer"))
+        line = command("steer", name)
+        self.show_screen("steering.Steering", partial(preset_drive, name), line)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "back":
@@ -292,7 +299,7 @@ other terminals.
         run, chosen = self.current(), self._chosen()
         needs_run = (
             *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
-            *("map", "note", "rename", "files"),
+            *("map", "note", "rename", "files", "steer"),
         )
         if action in (*needs_run, "delete", "stop") and not chosen:
             return "There is no run here; press n to create one."
@@ -303,11 +310,13 @@ other terminals.
                 return "The run is not evolving."
             case "rename" if run is not None and run.evolves:
                 return "The run is evolving; press x to stop it first."
-            case "replay" | "why" | "export" | "map" | "laboratory" if (
+            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if (
                 run and run.problem is not None
             ):
                 return "The run cannot be read; see the reason below the list."
-            case "replay" | "why" | "export" | "map" | "laboratory" if run and run.generation == 0:
+            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if (
+                run and run.generation == 0
+            ):
                 return "The run has no finished generation yet; open it and let it evolve."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs with space first."

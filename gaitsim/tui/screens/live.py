@@ -296,7 +296,7 @@ with `gaitsim attach`.
                 return state != "failed" or self.snapshot.generation > 0
             case "map":
                 return self._has_archive and self.snapshot.generation > 0
-            case "replay" | "why" | "export" | "laboratory":
+            case "replay" | "why" | "export" | "laboratory" | "steer":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)
 

@@ -368,7 +368,7 @@ restores; Ctrl-Z undoes all changes.
             if offered_commands(experiment):
                 load = partial(create_drive, experiment, {})
                 steer = partial(self.show_screen, "steering.Steering", load, "")
-                yield PaletteCommand("Steer", "Fly this body yourself with the arrow keys", steer)
+                yield PaletteCommand("Steer", "Steer this body yourself with the arrow keys", steer)
         yield from super().palette()
 
     async def may_leave(self) -> bool:

@@ -295,7 +295,10 @@ The best individual of any generation, or a member of a front or archive, in mot
         if pane.shown is not None:
             which, experiment = pane.shown.which, pane.shown.individual.experiment
             number = f"{'#' if isinstance(which, Member) else '@'}{number_of(which)}"
-            for one in offered_commands(experiment):
+            commands = offered_commands(experiment)
+            if len(experiment.organism.controller_names()) == 1:
+                commands = ()  # the key steers the individual
+            for one in commands:
                 given = {one.name: f"{pane.run}{number}"}
                 line = command(
                     *("steer", pane.run / EXPERIMENT, "--controller"),
@@ -303,7 +306,9 @@ The best individual of any generation, or a member of a front or archive, in mot
                 )
                 load = partial(create_drive, experiment, given)
                 do = partial(self.show_screen, "steering.Steering", load, line)
-                about = f"Fly the body yourself; this individual's network takes over to {one.help}"
+                about = (
+                    f"Steer the body yourself; this individual's network takes over to {one.help}"
+                )
                 yield PaletteCommand(f"Steer: {one.name}", about, do)
         yield from super().palette()
 

@@ -1,7 +1,8 @@
 """Steering: a body that the user controls in real time."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -12,6 +13,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
+from gaitsim.contracts import Command
 from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal.body import draw_body
@@ -19,6 +21,7 @@ from gaitsim.render.terminal.chase import VIEWS, chase_camera, draw_path
 from gaitsim.render.terminal.curve_view import CurveView
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.runs.files.folder import command
 from gaitsim.steering import Drive
 from gaitsim.tui.formatting import percentage
 from gaitsim.tui.keys import bindings
@@ -32,6 +35,8 @@ TURN_SHARE = 0.15  # of the angle to the body's heading that the camera turns pe
 FPS = 20
 EVERY = 4  # frames per update of the curve and the plan
 BAR = 10  # cells of a full bar
+WIDE = 15  # cells of a command in a list of two columns
+SHORT = 3.0  # s; nobody is asked to save a shorter drive
 SIGNS = {"up": "↑", "down": "↓", "left": "←", "right": "→", "space": "␣"}
 
 
@@ -126,12 +131,14 @@ class PathPlan(Cells):
 
 
 class Steering(GaitScreen):
-    """A body that the arrow keys and space steer.
+    """A body that a person steers with the arrow keys and some letters.
 
     Args:
         load: function that returns the body at its start; called in a thread.
         line: equivalent command line.
         clock: function that returns the time in seconds.
+        record: folder in which each drive is saved without asking; a number is added to an existing
+            name. None asks about drives that are not saved.
 
     Attributes:
         drive: simulated body; None until it is loaded.
@@ -139,15 +146,19 @@ class Steering(GaitScreen):
     """
 
     HELP_TEXT = """
-Fly a body yourself. Each command has its own controller, a network that evolution trained for it.
-The arrow keys and space choose the controller in command; the others fade out.
+Steer a body yourself: drive a robot in physics, or fly a fly.
 
-- A command **holds until the next key**, because terminals do not report key releases. The
-  key of the first command in the list, such as hovering, ends the others.
-- The bars show the current share of each controller.
-- The flight ends on the ground. **Restart** returns to the start, **Pause** stops the time.
+- The list beside the picture shows the **commands** with their keys. Terminals do not report key
+  releases, so a command holds: a robot keeps its speed and turn, and each press changes them by
+  a step. The first command in the list ends the others.
+- Each key of the **fly** has its own controller, a network that evolution trained for it. Bars
+  show the current share of each controller.
+- A flight ends on the ground, and a drive when the robot falls. **Restart** returns to the start,
+  **Pause** stops the time.
+- **Save** stores the drive of a robot as a run, which you can replay, export and film.
 - **View** switches between behind, side and above; the camera turns with the body. + and − zoom.
-- The plan shows the path from above, with the initial heading upwards; the curve is the altitude.
+- The plan shows the path from above, with the initial heading upwards; the curve is the altitude
+  of a flying body, or the speed of a walking one.
 """
     BINDINGS = bindings("steering")
     DEFAULT_CSS = """
@@ -168,16 +179,19 @@ The arrow keys and space choose the controller in command; the others fade out.
         load: Callable[[], Drive],
         line: str = "",
         clock: Callable[[], float] = time.monotonic,
+        record: Path | None = None,
     ) -> None:
         super().__init__()
-        self._load, self._line, self._clock = load, line, clock
+        self._load, self._line, self._clock, self._record = load, line, clock, record
         self.drive: Drive | None = None
-        self.paused = False
+        self.paused = self._saving = False
         self._then, self._elapsed, self._best = 0.0, 0.0, 0.0
         self._frames, self._heading = 0, 0.0
-        self._altitudes: list[tuple[float, float]] = []
+        self._recordable = False
+        self._curve: list[tuple[float, float]] = []
+        self._said = ""
         self.sub_title = "steering"
-        self.body = SteeredBody("reading the controllers …")
+        self.body = SteeredBody("preparing the body …")
         self.plan = PathPlan()
         self.curve = CurvePlot("seconds", "", CurveView())
 
@@ -199,13 +213,15 @@ The arrow keys and space choose the controller in command; the others fade out.
             self.body.show_message(visible_lines(str(error)))
             self.query_one("#steering-message").display = False
             return
+        self._recordable = self.drive.recordable
+        self.sub_title = f"steering {self.drive.experiment.name}"
         self._restart_clock()
         self.set_interval(1 / FPS, self._tick)
 
     def _restart_clock(self) -> None:
         """Restart the clock."""
         self._then, self._elapsed, self.paused = self._clock(), 0.0, False
-        self._frames, self._altitudes = 0, []
+        self._frames, self._curve = 0, []
         self.body.reset_heading()
         self._show()
         self._show_message()
@@ -215,13 +231,14 @@ The arrow keys and space choose the controller in command; the others fade out.
         now = self._clock()
         passed, self._then = now - self._then, now
         drive = self.drive
-        if drive is None or self.paused or drive.ending or not self.is_active:
+        if drive is None or self.paused or self._saving or drive.ending or not self.is_active:
             return
         self._elapsed += passed
         self._simulate(drive)
         self._show()
         if drive.ending:
             self._best = max(self._best, drive.seconds)
+        if drive.ending or self._notice(drive) != self._said:
             self._show_message()
 
     def _simulate(self, drive: Drive) -> None:
@@ -235,46 +252,114 @@ The arrow keys and space choose the controller in command; the others fade out.
         assert drive is not None, "shown only after loading"
         turned = drive.turned
         self._heading = self._heading if turned is None else turned
-        self._altitudes.append((drive.seconds, drive.altitude))
+        speed = float(np.hypot(*drive.velocity[:2]))
+        self._curve.append((drive.seconds, drive.altitude if drive.flies else speed))
         self.body.show(drive, self._heading)
         self.query_one("#steering-facts", Static).update(_facts(drive, self._heading))
         if self._frames % EVERY == 0 or drive.ending:
             self.plan.show(drive, self._heading)
-            seconds, altitudes = np.array(self._altitudes).T
+            seconds, values = np.array(self._curve).T
             if not self.curve.series:
                 self.curve.forget_styles()  # one style per curve
-            self.curve.series = (Series("altitude, m", seconds, altitudes),)
+            name = "altitude, m" if drive.flies else "speed, m/s"
+            self.curve.series = (Series(name, seconds, values),)
             self.curve.redraw()
         self._frames += 1
 
     def _show_message(self) -> None:
-        """Show how keys act, or why the flight has ended."""
+        """Show how keys act, what the body cannot do, or why the drive has ended."""
         drive = self.drive
         assert drive is not None, "shown only after loading"
+        self._said = self._notice(drive)
         message = self.query_one("#steering-message", Static)
-        key = SIGNS[drive.commands[0].key]
+        key, first = sign(drive.commands[0].key), visible(drive.commands[0].name)
+        save = " Press Ctrl-S to save the drive." if self._unsaved else ""
         if drive.ending:
             best = f" Best: {self._best:.1f} s." if self._best > drive.seconds else ""
-            words = Text(visible_lines(f"{drive.ending}{best} Press r to restart."), "bold")
+            words = Text(visible_lines(f"{drive.ending}{best} Press r to restart.{save}"), "bold")
         elif self.paused:
-            words = Text("Paused. Press p to continue.", "bold")
+            words = Text(f"Paused. Press p to continue.{save}", "bold")
+        elif self._said:
+            words = Text(visible_lines(self._said), "bold")
+        elif drive.holds:
+            words = Text(f"A command holds until the next key; {key} returns to {first}.")
         else:
-            words = Text(
-                "A command holds until the next key; "
-                f"{key} returns to {visible(drive.commands[0].name)}."
-            )
+            words = Text(f"Each press is a step, and commands hold; {key} is {first}.")
         message.update(words)
         self.refresh_bindings()
+
+    def _notice(self, drive: Drive) -> str:
+        try:
+            return drive.notice
+        except GaitsimError as error:
+            drive.ending = str(error)
+            return ""
+
+    @property
+    def _unsaved(self) -> bool:
+        """Whether a drive with commands can be saved and has not been."""
+        drive = self.drive
+        if drive is None or not self._recordable or not drive.given:
+            return False
+        return drive.saved is None and not self._saving
 
     def action_command(self, key: str) -> None:
         drive = self.drive
         assert drive is not None, "commands are available after loading"
-        drive.choose(next(command.name for command in drive.commands if command.key == key))
+        try:
+            drive.give(next(one.name for one in drive.commands if one.key == key))
+        except GaitsimError as error:
+            drive.ending = str(error)
         self._show()
+        self._show_message()
 
-    def action_restart(self) -> None:
+    @work(group="save", exclusive=True)
+    async def action_save(self) -> None:
+        await self._save()
+
+    async def _save(self) -> bool:
+        """Save the drive as a run; return whether it was possible."""
         drive = self.drive
         assert drive is not None, "available after loading"
+        self._saving = True
+        self.query_one("#steering-message", Static).update("Saving the drive …")
+        try:
+            path = await self.in_thread(drive.save, self._record)
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+            return False
+        finally:
+            self._saving = False
+            if self.is_mounted:
+                self._show_message()
+        text = f"{path}: a drive of {drive.seconds:.1f} s. Replay it: {command('play', path)}"
+        self.app.notify(text, title="Saved", markup=False)
+        return True
+
+    async def _may_discard(self) -> bool:
+        """Return whether the drive may be discarded, after saving it or asking where necessary."""
+        from gaitsim.tui.screens.questions import Choose
+
+        drive = self.drive
+        if drive is None or not self._unsaved or drive.seconds < SHORT:
+            return True
+        if self._record is not None:
+            return await self._save()
+        question = f"Save the drive of {drive.seconds:.1f} s as a run?"
+        choose = Choose(question, {"s": "Save", "d": "Discard"})
+        answer = await self.app.push_screen_wait(choose)
+        return answer == "d" or (answer == "s" and await self._save())
+
+    async def may_leave(self) -> bool:
+        """Return whether the drive is saved or may be discarded."""
+        return await self._may_discard()
+
+    @work(group="restart", exclusive=True)
+    async def action_restart(self) -> None:
+        drive = self.drive
+        assert drive is not None, "available after loading"
+        if not await self._may_discard():
+            return
         self._best = max(self._best, drive.seconds)
         try:
             drive.restart()
@@ -293,11 +378,11 @@ The arrow keys and space choose the controller in command; the others fade out.
     def action_zoom(self, steps: int) -> None:
         self.body.zoom_by(steps)
 
-    def action_back(self) -> None:
+    async def _leave(self) -> None:
         """Go back, or quit if this is the only screen."""
         if len(self.app.screen_stack) > 1:
-            super().action_back()
-        else:
+            await super()._leave()
+        elif self.is_current and await self.may_leave():
             self.app.exit()
 
     def command_line(self) -> str:
@@ -313,31 +398,57 @@ The arrow keys and space choose the controller in command; the others fade out.
                 return drive is not None and not drive.ending and parameters[0] in keys
             case "pause":
                 return drive is not None and not drive.ending
+            case "save":
+                return self._unsaved
             case "restart" | "view" | "zoom":
                 return drive is not None
         return super().check_action(action, parameters)
 
 
+def sign(key: str) -> str:
+    """Return the character that stands for a key."""
+    return SIGNS.get(key, key)
+
+
 def _facts(drive: Drive, turned: float) -> Text:
-    """Return the time, altitude, speeds, heading, and each command with its share."""
+    """Return the time, the place, the speeds, what the body is asked to do, and the commands."""
     ahead, up = float(np.hypot(*drive.velocity[:2])), float(drive.velocity[2])
+    rows = {"flight time" if drive.flies else "time": f"{drive.seconds:8.1f} s"}
+    if drive.flies:
+        rows["altitude"] = f"{drive.altitude:8.2f} m"
+        rows["climb"] = f"{up:+8.2f} m/s".replace("-", "−")
+    rows["speed"] = f"{ahead:8.2f} m/s"
+    rows["heading"] = format_yaw(turned).removeprefix("yaw ").rjust(8)
     text = Text(no_wrap=True)
-    for name, value in (
-        ("flight time", f"{drive.seconds:8.1f} s"),
-        ("altitude", f"{drive.altitude:8.2f} m"),
-        ("climb", f"{up:+8.2f} m/s".replace("-", "−")),
-        ("speed", f"{ahead:8.2f} m/s"),
-        ("heading", format_yaw(turned).removeprefix("yaw ").rjust(8)),
-    ):
-        text.append(f"{name:<12}", "dim")
-        text.append(value + "\n")
+    for name, value in {**rows, **drive.facts}.items():
+        text.append(f"{visible(name):<12}", "dim")
+        text.append(visible(value) + "\n")
     text.append("\n")
-    widest = max(len(command.name) for command in drive.commands)
-    for command, share in zip(drive.commands, drive.shares.tolist(), strict=True):
-        chosen = command is drive.command
+    if drive.holds:
+        _add_controllers(text, drive)
+    else:
+        _add_commands(text, drive.commands)
+    return text
+
+
+def _add_controllers(text: Text, drive: Drive) -> None:
+    """Add each command on its own line, with the share of its controller."""
+    widest = max(len(one.name) for one in drive.commands)
+    active = [float(one is drive.command) for one in drive.commands]
+    shares = active if drive.shares is None else drive.shares.tolist()
+    for one, share in zip(drive.commands, shares, strict=True):
+        chosen = one is drive.command
         style = "bold reverse" if chosen else "bold" if share >= 0.5 / BAR else ""
-        text.append(f" {SIGNS[command.key]} {visible(command.name):<{widest}} ", style)
+        text.append(f" {sign(one.key)} {visible(one.name):<{widest}} ", style)
         full = round(share * BAR)
         text.append(" " + "█" * full + "░" * (BAR - full))
         text.append(f" {percentage(share)}\n", "dim")
-    return text
+
+
+def _add_commands(text: Text, commands: Sequence[Command]) -> None:
+    """Add the commands in two columns."""
+    for number, one in enumerate(commands):
+        text.append(f"{sign(one.key)} ", "bold")
+        last = number % 2 or number == len(commands) - 1
+        name = visible(one.name)
+        text.append(f"{name}\n" if last else f"{name:<{WIDE - 2}}")
