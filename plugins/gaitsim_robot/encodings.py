@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes
+from gaitsim.contracts import SAMPLES, Genomes, Rhythm
 from gaitsim.encoding import GeneGroup, Oscillators, genome_space, limit_steps, split_genomes
 from gaitsim.portable import arctan2, cos, norm, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
@@ -59,7 +59,6 @@ def phases(anatomy: Anatomy, symmetry: Symmetry, lag: Floats) -> Floats:
     return np.broadcast_to(math.pi * (halves % 2), (len(lag), len(row))).copy()
 
 
-SAMPLES = 32  # samples per cycle; joint angles between them are interpolated
 ITERATIONS = 12
 SLOWEST_RETURN = -0.5  # stride lengths per swing, lower bound of the speed at the ends of a swing
 
@@ -153,6 +152,8 @@ SWING = 0.6  # rad, largest amplitude of a joint in the sine and cpg encodings
 OFFSET = 0.3  # rad, largest offset from the standing pose in the sine and cpg encodings
 RAMP_TIME = 0.5  # s, duration of the transition from standing to the full gait
 COUPLING = 4.0  # 1/s, coupling to the leading oscillator
+LONGER = 1.25  # × a gait's longest stroke, up to which commands may lengthen strokes
+SHORTEST = 0.3  # × length of the legs, up to which commands may lengthen any strokes
 
 
 @dataclass(frozen=True, eq=False)
@@ -210,11 +211,7 @@ class Encoding:
         Returns:
             The commands, (population, frames, joints) rad, and the frequency, (population,) Hz.
         """
-        names = [group.name for group in self.groups]
-        values = dict(zip(names, split_genomes(genomes, self.groups), strict=True))
-        population = len(genomes)
-        lag = values["lag"][:, 0] if "lag" in values else np.zeros(population)
-        phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
+        values, phase = self._decoded(genomes)
         play = self._play_steps if self.kind == "steps" else self._play_oscillators
         angles, frequency = play(values, phase, frames)
         angles *= np.clip(np.arange(frames) / (RAMP_TIME * FRAME_RATE), 0, 1)[:, None]
@@ -222,6 +219,49 @@ class Encoding:
         np.clip(angles, *self._limits, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
         return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64), frequency
+
+    def rhythm(self, genomes: Genomes) -> Rhythm:
+        """Return the gaits as rhythms, whose strokes commands and reflexes change.
+
+        The feet of the encodings `sine` and `cpg` follow the paths of the full gait.
+        """
+        values, phase = self._decoded(genomes)
+        walk = self._walk_steps if self.kind == "steps" else self._walk_oscillators
+        duty, frequency, stroke, centre, path, offset = walk(values, phase)
+        chains, legs = self.chains, self.anatomy.legs
+        longest = norm(stroke).max(axis=1)
+        return Rhythm(
+            names=tuple(leg.name for leg in legs),
+            joint_names=self.anatomy.joints,
+            first=np.cumsum([0, *(len(chain.zero) for chain in chains)]),
+            anchors=np.concatenate([chain.anchors for chain in chains]),
+            axes=np.concatenate([chain.axes for chain in chains]),
+            tips=np.array([chain.tip for chain in chains]),
+            standing=self._standing,
+            lower=self._limits[0],
+            upper=self._limits[1],
+            speed_limit=self.top_speed,
+            weights=np.array(
+                [chain.weights(any(leg.sole)) for chain, leg in zip(chains, legs, strict=True)]
+            ),
+            length=self._size,
+            frequency=frequency,
+            duty=duty,
+            offset=offset,
+            centre=centre,
+            stroke=stroke,
+            path=path,
+            longest=np.maximum(LONGER * longest, SHORTEST * self._size),
+            gains=np.ones((len(genomes), 3)),
+        )
+
+    def _decoded(self, genomes: Genomes) -> tuple[dict[str, Floats], Floats]:
+        """Return the values of each gene group, and the phase of each leg, (population, legs)."""
+        names = [group.name for group in self.groups]
+        values = dict(zip(names, split_genomes(genomes, self.groups), strict=True))
+        lag = values["lag"][:, 0] if "lag" in values else np.zeros(len(genomes))
+        phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
+        return values, phase
 
     def starts(self) -> dict[str, Floats]:
         """Return gaits made by hand, by name, as genomes (genes,).
@@ -308,10 +348,7 @@ class Encoding:
     ) -> tuple[Floats, Floats]:
         """Return step cycles relative to the standing pose, and their frequency, as `commands`."""
         cycles = [self._cycle(values, phase, leg) for leg in range(len(self.chains))]
-        frequency = values["frequency"]
-        speed = [fastest_turn(angles) for angles in cycles]
-        allowed = self.top_speed / np.maximum(np.concatenate(speed, axis=1), 1e-9)
-        frequency = np.minimum(frequency, allowed.min(axis=1, keepdims=True))
+        frequency = self._slowed(values["frequency"], cycles)
         course = frequency * (np.arange(frames) / FRAME_RATE)
         played = [
             interpolate_cycle(angles, course + phase[:, [leg]] / (2 * math.pi))
@@ -319,24 +356,90 @@ class Encoding:
         ]
         return np.concatenate(played, axis=2) - self._standing, frequency[:, 0]
 
+    def _slowed(self, frequency: Floats, cycles: list[Floats]) -> Floats:
+        """Return the frequency, (population, 1) Hz, reduced to what the servos can follow."""
+        speed = [fastest_turn(angles) for angles in cycles]
+        allowed = self.top_speed / np.maximum(np.concatenate(speed, axis=1), 1e-9)
+        slowed: Floats = np.minimum(frequency, allowed.min(axis=1, keepdims=True))
+        return slowed
+
     def _cycle(self, values: dict[str, Floats], phase: Floats, leg: int) -> Floats:
         """Return one leg's joint angles over its cycle, (population, SAMPLES, its joints) rad."""
+        stroke, centre, path = self._foot(values, phase, leg)
+        place = centre[:, None] + path
+        place[..., :2] = centre[:, None, :2] + path[..., :1] * stroke[:, None]
+        place[..., 1] += path[..., 1]
+        chain = self.chains[leg]
+        return cycle_angles(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
+
+    def _foot(
+        self, values: dict[str, Floats], phase: Floats, leg: int
+    ) -> tuple[Floats, Floats, Floats]:
+        """Return one leg's stroke (population, 2), centre (…, 3) and path, as in `Rhythm`."""
         own = leg if values["stride"].shape[1] > 1 else 0
         duty = values["duty"]
         time = np.broadcast_to(np.arange(SAMPLES) / SAMPLES, (len(phase), SAMPLES))
         ahead, high = foot_path(time, duty)
         side = {"left": 1.0, "right": -1.0, "middle": 0.0}[self.anatomy.legs[leg].side]
-        place = np.empty((*time.shape, 3))
-        ahead = values["stride"][:, [own]] * ahead
-        place[..., 0] = values["shift"] + cos(self.heading) * ahead
-        place[..., 1] = side * values["spread"] + sin(self.heading) * ahead
-        place[..., 2] = values["lift"][:, [own]] * high - values["height"]
+        stride = values["stride"][:, own]
+        stroke = np.stack([cos(self.heading) * stride, sin(self.heading) * stride], axis=-1)
+        centre = np.stack(
+            [values["shift"][:, 0], side * values["spread"][:, 0], -values["height"][:, 0]], axis=-1
+        )
+        path = np.stack([ahead, np.zeros_like(ahead), values["lift"][:, [own]] * high], axis=-1)
         if "sway" in values:
             # The trunk is farthest to the left in the middle of the left foot's stance.
             turn = 2 * math.pi * (time - duty / 2) - phase[:, [leg]] + phase[:, :1]
-            place[..., 1] -= values["sway"] * cos(turn + values["sway lag"])
-        chain = self.chains[leg]
-        return cycle_angles(chain, chain.tip + place, any(self.anatomy.legs[leg].sole))
+            path[..., 1] = -values["sway"] * cos(turn + values["sway lag"])
+        return stroke, centre, path
+
+    def _walk_steps(self, values: dict[str, Floats], phase: Floats) -> tuple[Floats, ...]:
+        """Return duty, frequency, strokes, centres, paths and offsets of step cycles."""
+        legs = range(len(self.chains))
+        feet = [self._foot(values, phase, leg) for leg in legs]
+        stroke, centre, path = (np.stack(part, axis=1) for part in zip(*feet, strict=True))
+        cycles = [self._cycle(values, phase, leg) for leg in legs]
+        frequency = self._slowed(values["frequency"], cycles)[:, 0]
+        return values["duty"][:, 0].copy(), frequency, stroke, centre, path, phase / (2 * math.pi)
+
+    def _walk_oscillators(self, values: dict[str, Floats], phase: Floats) -> tuple[Floats, ...]:
+        """Return duty, frequency, strokes, centres, paths and offsets of oscillations.
+
+        Touch-down is where a foot is farthest forward, and lift-off where it is farthest back.
+        """
+        amplitude, offset, delay, frequency = self._oscillation(values)
+        time = np.arange(SAMPLES) / SAMPLES
+        population, legs, first = len(phase), len(self.chains), 0
+        share, begin = np.empty((2, population, legs))
+        stroke, centre = np.zeros((population, legs, 2)), np.zeros((population, legs, 3))
+        path = np.zeros((population, legs, SAMPLES, 3))
+        rows = np.arange(population)[:, None]
+        for leg, chain in enumerate(self.chains):
+            joints = slice(first, first := first + len(chain.zero))
+            turn = 2 * math.pi * time[None, :, None] + delay[:, None, joints]
+            swing = amplitude[:, None, joints] * sin(turn) + offset[:, None, joints]
+            angles = np.clip(chain.zero + swing, chain.lower, chain.upper)
+            foot = chain.place(angles) - chain.tip
+            down, up = foot[..., 0].argmax(axis=1), foot[..., 0].argmin(axis=1)
+            begin[:, leg] = down / SAMPLES
+            share[:, leg] = np.clip((up - down) % SAMPLES / SAMPLES, 0.2, 0.8)
+            foot = foot[rows, (down[:, None] + np.arange(SAMPLES)) % SAMPLES]
+            span = np.ptp(foot[..., 0], axis=1)
+            middle = foot.mean(axis=1)
+            middle[:, 0] = foot[..., 0].min(axis=1) + span / 2
+            path[:, leg] = foot - middle[:, None]
+            path[:, leg, :, 0] /= np.maximum(span, 1e-9)[:, None]
+            stroke[:, leg, 0], centre[:, leg] = span, middle
+        return share.mean(axis=1), frequency, stroke, centre, path, phase / (2 * math.pi) - begin
+
+    def _oscillation(self, values: dict[str, Floats]) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return amplitude, offset and delay of each joint, (population, joints) rad, and Hz."""
+        source, sign = self._mirrors
+        frequency = values["frequency"][:, 0]
+        amplitude = values["amplitude"][:, source]
+        amplitude = np.minimum(amplitude, self.top_speed / (2 * math.pi * frequency[:, None]))
+        offset = values["offset"][:, source] * sign
+        return amplitude * sign, offset, values["delay"][:, source], frequency
 
     def _play_oscillators(
         self, values: dict[str, Floats], phase: Floats, frames: int
@@ -345,12 +448,7 @@ class Encoding:
         of_joints = np.repeat(
             np.arange(len(self.chains)), [len(chain.zero) for chain in self.chains]
         )
-        source, sign = self._mirrors
-        frequency = values["frequency"][:, 0]
-        amplitude = values["amplitude"][:, source]
-        amplitude = np.minimum(amplitude, self.top_speed / (2 * math.pi * frequency[:, None]))
-        amplitude, offset = amplitude * sign, values["offset"][:, source] * sign
-        delay = values["delay"][:, source]
+        amplitude, offset, delay, frequency = self._oscillation(values)
         oscillators = Oscillators(of_joints, frames, FRAME_RATE)
         if self.kind == "cpg":
             alternating = phases(self.anatomy, "alternating", np.zeros(len(phase)))
