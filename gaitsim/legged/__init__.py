@@ -10,6 +10,7 @@ from gaitsim.legged.conditions import (
     world_seed,
 )
 from gaitsim.legged.damage import Damage, Kind, parse_damage
+from gaitsim.legged.sensors import IMUS, Imu, check_sensors, observed
 from gaitsim.legged.servos import SERVOS, Servo, commands_at, delay_angles, hold_commands
 from gaitsim.legged.slopes import downward, place_on_slope
 from gaitsim.legged.stepping import (
@@ -24,13 +25,16 @@ __all__ = [
     "BODY_HEIGHT",
     "CONDITIONS",
     "DAMAGE_HELP",
+    "IMUS",
     "SERVOS",
     "STRIDE_FREQUENCY",
     "STRIDE_FREQUENCY_CHANNEL",
     "Damage",
+    "Imu",
     "Kind",
     "Servo",
     "angles_frequency",
+    "check_sensors",
     "commands_at",
     "condition_rng",
     "conditions",
@@ -39,6 +43,7 @@ __all__ = [
     "draw_joint_errors",
     "draw_push",
     "hold_commands",
+    "observed",
     "parse_damage",
     "place_on_slope",
     "stepping_measures",

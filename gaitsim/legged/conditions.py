@@ -75,7 +75,9 @@ def conditions(
     return found
 
 
-_RandomCondition = Literal["joint_offset", "initial_pose", "push", "wind", "steps", "rubble"]
+_RandomCondition = Literal[
+    "joint_offset", "initial_pose", "push", "wind", "steps", "rubble", "sensors"
+]
 
 _STREAMS: Mapping[_RandomCondition, int] = {  # 0 and 1 draw the bumps
     "joint_offset": 2,
@@ -84,6 +86,7 @@ _STREAMS: Mapping[_RandomCondition, int] = {  # 0 and 1 draw the bumps
     "wind": 5,
     "steps": 6,
     "rubble": 7,
+    "sensors": 8,
 }
 
 

@@ -32,7 +32,7 @@ def hold_commands(
 
 
 def commands_at(
-    commands: NDArray[_Float], moments: NDArray[np.float64], period: float
+    commands: NDArray[_Float], moments: NDArray[np.float64], period: float, origin: int = 0
 ) -> NDArray[_Float]:
     """Return the commands in force at given moments, for a controller as in `hold_commands`.
 
@@ -40,15 +40,17 @@ def commands_at(
         commands: commanded angles, (…, frames, joints) rad.
         moments: times, (moments,) frames.
         period: time between commands, frames.
+        origin: number of the first frame of `commands`.
 
     Returns:
         The commands, (…, moments, joints) rad.
     """
     # Without the 1e-9, rounding errors would delay some commands by a step.
     sent = np.floor(moments / period + 1e-9) * period
-    before = sent.astype(np.intp)
+    whole = sent.astype(np.intp)
+    before = np.maximum(whole - origin, 0)
     after = np.minimum(before + 1, commands.shape[-2] - 1)
-    share = (sent - before)[:, None]
+    share = (sent - whole)[:, None]
     return _interpolate(commands[..., before, :], commands[..., after, :], share)
 
 

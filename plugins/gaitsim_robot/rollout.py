@@ -9,15 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Motion
+from gaitsim.contracts.quaternions import rotated
 from gaitsim.legged import STRIDE_FREQUENCY, commands_at
 from gaitsim.portable import arcsin, arctan2, norm
 from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.feeling import Pilot, Truth
 from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
 
+TURN = 2 * math.pi
 ROUNDING = 1e-9  # steps, tolerance for rounding errors of whole steps
 
 
-def delayed_commands(simulation: Simulation, commands: Floats, first: int, last: int) -> Floats:
+def delayed_commands(
+    simulation: Simulation, commands: Floats, first: int, last: int, origin: int = 0
+) -> Floats:
     """Return the commanded angles of all servos in each physics step.
 
     Servos hold the standing pose until the first command arrives.
@@ -28,6 +33,7 @@ def delayed_commands(simulation: Simulation, commands: Floats, first: int, last:
             for one frame.
         first: frame at the start of the steps.
         last: frame at the end of the steps.
+        origin: number of the first frame of `commands`.
 
     Returns:
         The angles, (population, (last − first) · steps + 1, servos) rad.
@@ -37,7 +43,7 @@ def delayed_commands(simulation: Simulation, commands: Floats, first: int, last:
     commanded = np.tile(simulation.rest, (len(commands), len(steps), 1))
     arrived = commanded[:, np.count_nonzero(steps < 0) :]
     moments = steps[steps >= 0] / simulation.steps
-    angles = commands_at(commands, moments, FRAME_RATE / simulation.command_rate)
+    angles = commands_at(commands, moments, FRAME_RATE / simulation.command_rate, origin)
     if simulation.offset.any():
         lower, upper = simulation.model.actuator_ctrlrange[simulation.ctrl].T
         angles = np.clip(angles + simulation.offset, lower, upper)
@@ -120,6 +126,141 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
         if not upright.all():
             commands = commands[upright]
     return record
+
+
+@dataclass(eq=False)
+class Feelings:
+    """What a population that feels was told, felt and did, frame by frame.
+
+    Attributes:
+        angles: commands to the servos of the legs, (population, frames, joints) rad.
+        command: commands of the driver, smoothed, (population, frames, 4), as `COMMAND`.
+        changed: commands with the changes of reflexes, (population, frames, 4).
+        measured: measured roll, pitch and yaw, (population, frames, 3) rad.
+        heading: direction that the commands ask for, (population, frames) rad.
+    """
+
+    angles: Floats
+    command: Floats
+    changed: Floats
+    measured: Floats
+    heading: Floats
+
+    def hold_last(self) -> None:
+        """Hold the values of the last frame but one, as no command follows from the last frame."""
+        for values in vars(self).values():
+            values[:, -1] = values[:, -2]
+
+
+def feel_out(simulation: Simulation, pilot: Pilot, target: Floats) -> tuple[Record, Feelings]:
+    """Simulate robots that feel, in lock step, starting from standing.
+
+    Args:
+        simulation: simulation of one robot.
+        pilot: controllers of the population.
+        target: commands of the driver in each frame, (population or 1, frames, 4), as `COMMAND`.
+    """
+    population, frames = len(pilot.rhythm), target.shape[1]
+    record = empty_record(simulation, population, frames)
+    walk = LockStep(simulation, pilot, target)
+    active = np.arange(population)
+    for first, last, push in segments(simulation, frames):
+        walk.state[:, 1 + simulation.model.nq : 4 + simulation.model.nq] += push
+        before, states, sensors = walk.advance(active, first, last)
+        upright = record_segment(simulation, record, active, first, last, before, states, sensors)
+        active = active[upright]
+        if not len(active):
+            break
+        if not upright.all():
+            walk.select(upright)
+    walk.feelings.hold_last()
+    return record, walk.feelings
+
+
+class LockStep:
+    """Robots that walk in lock step: in each frame, all of them feel, and then move.
+
+    Attributes:
+        state: physics states, (active, states).
+        feelings: what they were told, felt and did.
+    """
+
+    def __init__(self, simulation: Simulation, pilot: Pilot, target: Floats) -> None:
+        import mujoco
+
+        population, frames = len(pilot.rhythm), target.shape[1]
+        model, joints = simulation.model, len(simulation.ctrl)
+        self._simulation, self._pilot = simulation, pilot
+        self._target = np.broadcast_to(target, (population, frames, 4))
+        self._data = mujoco.MjData(model)
+        self.state = np.tile(simulation.start, (population, 1))
+        self._load = np.full((population, len(simulation.load)), 1 / len(simulation.load))
+        self._yaw = np.zeros(population)
+        self._warm = np.zeros((population, model.nv))
+        # A delayed command may come from so many frames before.
+        self._memory = math.ceil(simulation.latency * FRAME_RATE)
+        self._memory += math.ceil(FRAME_RATE / simulation.command_rate) + 1
+        self._weight = simulation.anatomy.mass * float(norm(model.opt.gravity)) or 1.0
+        self.feelings = Feelings(
+            np.tile(pilot.rhythm.standing, (population, frames, 1)),
+            *(np.zeros((population, frames, size)) for size in (4, 4, 3)),
+            np.zeros((population, frames)),
+        )
+
+    def advance(
+        self, active: NDArray[np.intp], first: int, last: int
+    ) -> tuple[Floats, Floats, Floats]:
+        """Advance from frame `first` to `last`; return the arguments of `record_segment`."""
+        from mujoco import rollout
+
+        simulation, model, steps = self._simulation, self._simulation.model, self._simulation.steps
+        before, states, sensors = self.state.copy(), [], []
+        for frame in range(first, last):
+            angles, origin = self._feel(active, frame)
+            control = delayed_commands(simulation, angles, frame, frame + 1, origin)[:, :-1]
+            after, found = rollout.rollout(
+                model, self._data, self.state, control, initial_warmstart=self._warm
+            )
+            states.append(after)
+            sensors.append(found)
+            speeds = after[:, -2:, 1 + model.nq : 1 + model.nq + model.nv]
+            self._warm = (speeds[:, 1] - speeds[:, 0]) / model.opt.timestep
+            self._load = found[:, :, simulation.load[:, 2]].mean(axis=1) / self._weight
+            self.state = np.ascontiguousarray(after[:, -1])
+        # One more step finds the sensors' values in the last frame.
+        after, found = rollout.rollout(model, self._data, self.state, control[:, -1:])
+        states.append(after)
+        sensors.append(found)
+        return before, np.concatenate(states, axis=1), np.concatenate(sensors, axis=1)
+
+    def _feel(self, active: NDArray[np.intp], frame: int) -> tuple[Floats, int]:
+        """Let robots feel; return their latest commands, and the frame of the first of these."""
+        simulation, pilot, felt = self._simulation, self._pilot, self.feelings
+        nq = simulation.model.nq
+        qpos, spin = self.state[:, 1 : 1 + nq], self.state[:, 4 + nq : 7 + nq]
+        turned = orientation(simulation.turn(qpos[:, None, 3:7]))[:, 0]
+        change = turned[:, 2] - self._yaw
+        turned[:, 2] -= TURN * np.rint(change / TURN)
+        self._yaw = turned[:, 2]
+        truth = Truth(
+            turned,
+            rotated(simulation.anatomy.stance[3:7], spin),
+            self._load,
+            qpos[:, simulation.qpos],
+        )
+        felt.angles[active, frame] = pilot.step(frame, self._target[:, frame], truth)
+        felt.command[active, frame] = pilot.command
+        felt.changed[active, frame] = pilot.inputs.command
+        felt.measured[active, frame] = pilot.seen.orientation
+        felt.heading[active, frame] = pilot.heading
+        origin = max(0, frame - self._memory)
+        return felt.angles[active, origin : frame + 1], origin
+
+    def select(self, upright: NDArray[np.bool_]) -> None:
+        """Keep some of the active robots."""
+        self._pilot.select(np.flatnonzero(upright))
+        for name in ("_target", "state", "_load", "_yaw", "_warm"):
+            setattr(self, name, np.ascontiguousarray(getattr(self, name)[upright]))
 
 
 def segments(simulation: Simulation, frames: int) -> Iterator[tuple[int, int, Floats]]:

@@ -1,0 +1,171 @@
+"""Gaits that feel: sensors, reflexes and a driver's commands change the rhythm in each frame."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import COMMAND, Inputs, Observation, Reflex, Rhythm
+from gaitsim.legged import IMUS, Imu, observed
+from gaitsim_robot.rhythm import RhythmState, advance
+
+Floats = NDArray[np.float64]
+
+SMOOTHING = 0.2  # s, time constant with which the rhythm follows a changed command
+HOLD = 0.2  # s, how long the last valid measurement replaces an invalid one before the robot stops
+
+
+@dataclass(eq=False)
+class Truth:
+    """What sensors measure, without errors.
+
+    Attributes:
+        orientation: roll to the right, pitch nose down and yaw to the left since the start,
+            (population, 3) rad.
+        rates: angular velocity about the trunk's axes, (population, 3) rad/s.
+        load: vertical force on each foot as a share of the weight, (population, legs).
+        joints: joint angles, (population, joints) rad.
+    """
+
+    orientation: Floats
+    rates: Floats
+    load: Floats
+    joints: Floats
+
+
+class Pilot:
+    """The controllers of a population that walks in lock step.
+
+    Args:
+        rhythm: rhythms of the population.
+        reflexes: reflexes by name, in the order in which they act.
+        weights: genes of the reflexes by name, (population, weights) each.
+        sensors: names of the sensors.
+        world: conditions of the world, whose seed draws the errors of the sensors.
+        frames: number of frames for which errors are drawn.
+        interval: duration of a frame, s.
+
+    Attributes:
+        rhythm: rhythms of the individuals that still walk.
+        command: smoothed command, (population, 4).
+        heading: direction that the commands ask for, (population,) rad.
+        inputs: inputs of the rhythm in the last frame.
+        seen: observations in the last frame.
+    """
+
+    inputs: Inputs
+    seen: Observation
+
+    def __init__(
+        self,
+        rhythm: Rhythm,
+        reflexes: Mapping[str, Reflex],
+        weights: Mapping[str, Floats],
+        sensors: Sequence[str],
+        world: Mapping[str, float],
+        frames: int,
+        interval: float,
+    ) -> None:
+        self.rhythm, self._interval = rhythm, interval
+        self._state = RhythmState(rhythm)
+        self._reflexes = dict(reflexes)
+        self._states = {
+            name: reflex.start(rhythm.legs, weights[name]) for name, reflex in reflexes.items()
+        }
+        self._senses = set(observed(sensors))
+        imu: Imu = next((IMUS[name] for name in sensors if name in IMUS), IMUS["ideal"])
+        self._errors = imu.draw(world, frames, interval)
+        self._late = imu.delay / interval
+        self._history: list[Floats] = []
+        self._last = np.zeros((len(rhythm), 6))
+        self._invalid = np.zeros(len(rhythm))
+        self.command = np.zeros((len(rhythm), len(COMMAND)))
+        self.heading = np.zeros(len(rhythm))
+
+    def step(self, frame: int, target: Floats, truth: Truth) -> Floats:
+        """Return the joint angles to command, (population, joints) rad.
+
+        Args:
+            frame: number of the frame.
+            target: command of the driver, (population, 4), as `COMMAND`; 0 is to stand.
+            truth: what the sensors measure.
+        """
+        measured = self._measure(frame, truth)
+        target = np.where(self._invalid[:, None] > HOLD, 0.0, target)
+        share = min(self._interval / SMOOTHING, 1.0)
+        self.command += share * (target - self.command)
+        rhythm, state = self.rhythm, self._state
+        walking = (target[:, :3] != 0).any(axis=1)
+        seen = self.seen = Observation(
+            measured[:, :3],
+            measured[:, 3:],
+            (truth.load > 0).astype(np.float64),
+            truth.load,
+            truth.joints,
+            self.command,
+            self.heading,
+            state.phase(rhythm),
+            rhythm.duty[:, None],
+        )
+        legs = len(rhythm), len(rhythm.names)
+        inputs = self.inputs = Inputs(
+            self.command.copy(), np.ones(legs), np.zeros(legs), np.ones(legs)
+        )
+        for name, reflex in self._reflexes.items():
+            reflex.step(self._states[name], seen, inputs, self._interval)
+        angles = advance(
+            rhythm,
+            state,
+            walking,
+            inputs.command,
+            inputs.stride,
+            inputs.reach,
+            inputs.rate,
+            self._interval,
+        )
+        self.heading += self.command[:, 1] * state.scale * state.activity * self._interval
+        return angles
+
+    def _measure(self, frame: int, truth: Truth) -> Floats:
+        """Return roll, pitch, yaw and rates, (population, 6), with the errors of the IMU."""
+        true = np.concatenate([truth.orientation, truth.rates], axis=1)
+        self._history = [true, *self._history[: int(self._late) + 1]]
+        whole = min(int(self._late), len(self._history) - 1)
+        now, before = self._history[whole], self._history[min(whole + 1, len(self._history) - 1)]
+        measured = self._errors.measure(
+            now + (self._late - int(self._late)) * (before - now), frame
+        )
+        valid = np.isfinite(measured).all(axis=1)
+        if not valid.all():
+            measured[~valid] = self._last[~valid]
+        self._invalid = np.where(valid, 0.0, self._invalid + self._interval)
+        self._last = measured
+        return measured
+
+    def select(self, individuals: NDArray[Any]) -> None:
+        """Keep some individuals, such as those that have not fallen."""
+        rhythm = self.rhythm = self.rhythm.select(individuals)
+        self._state.select(individuals)
+        self._states = {
+            name: {key: value[individuals] for key, value in state.items()}
+            for name, state in self._states.items()
+        }
+        self._reflexes = {
+            name: select_options(reflex, individuals) for name, reflex in self._reflexes.items()
+        }
+        self._history = [one[individuals] for one in self._history]
+        for name in ("_last", "_invalid", "command", "heading"):
+            setattr(self, name, getattr(self, name)[individuals])
+        assert len(rhythm) == len(self.command)
+
+
+def select_options(reflex: Reflex, individuals: NDArray[Any]) -> Reflex:
+    """Return a reflex with the evolved options, (population,) each, of some individuals."""
+    evolved = {
+        name: value[individuals]
+        for name in type(reflex).model_fields
+        if isinstance(value := getattr(reflex, name), np.ndarray)
+    }
+    return reflex.model_copy(update=evolved) if evolved else reflex
