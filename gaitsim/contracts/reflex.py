@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts.plugin import Plugin
+from gaitsim.portable import norm
 
 Floats = NDArray[np.float64]
 
@@ -136,6 +137,7 @@ class Reflex(Plugin):
         return ""
 
 
+HEIGHT = 0.15  # × length of the legs, the largest commanded change of height
 SAMPLES = 32
 """Number of samples of a foot's path in a cycle; between them, paths are interpolated."""
 
@@ -207,9 +209,26 @@ class Rhythm:
 
     @property
     def own_speed(self) -> Floats:
-        """Forward speed of the gait as it evolved, without slip, (population,) m/s."""
-        mean: Floats = self.stroke[..., 0].mean(axis=1) * self.frequency / self.duty
-        return mean
+        """Speed of the gait as it evolved, in its own direction, (population,) m/s."""
+        mean: Floats = norm(self.stroke).mean(axis=1) * self.frequency / self.duty
+        return mean * self.gains[:, 0]
+
+    @property
+    def limits(self) -> Floats:
+        """Largest commands without shortened strokes, one at a time, (population, 4)."""
+        feet = self.legs.feet
+        radius = max(float(norm(feet).max()), 1e-9)
+        straight = self.longest * self.frequency / self.duty  # m/s, of the foot that moves most
+        share = self.longest / np.maximum(norm(self.stroke).max(axis=1), 1e-9)
+        return np.stack(
+            [
+                self.own_speed * share,
+                self.gains[:, 1] * straight / radius,
+                self.gains[:, 2] * straight,
+                np.full(len(self), HEIGHT * self.length),
+            ],
+            axis=-1,
+        )
 
     def select(self, individuals: NDArray[np.intp]) -> "Rhythm":
         """Return the rhythms of some individuals."""

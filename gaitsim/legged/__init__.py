@@ -10,7 +10,7 @@ from gaitsim.legged.conditions import (
     world_seed,
 )
 from gaitsim.legged.damage import Damage, Kind, parse_damage
-from gaitsim.legged.sensors import IMUS, Imu, check_sensors, observed
+from gaitsim.legged.sensors import FEET_AND_JOINTS, IMUS, Imu, check_sensors, observed
 from gaitsim.legged.servos import SERVOS, Servo, commands_at, delay_angles, hold_commands
 from gaitsim.legged.slopes import downward, place_on_slope
 from gaitsim.legged.stepping import (
@@ -25,6 +25,7 @@ __all__ = [
     "BODY_HEIGHT",
     "CONDITIONS",
     "DAMAGE_HELP",
+    "FEET_AND_JOINTS",
     "IMUS",
     "SERVOS",
     "STRIDE_FREQUENCY",

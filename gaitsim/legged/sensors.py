@@ -56,16 +56,16 @@ class Imu:
             interval: duration of a control step, s.
         """
         rng = condition_rng(world, "sensors")
-        scale, *bias = standard_normal(rng, 4)
+        scale, bias = standard_normal(rng, 1), standard_normal(rng, 3)
         tilt = self.tilt * standard_normal(rng, (frames, 2))
         wander = self.temperature * WARMING / math.sqrt(60 / interval)
         noise = self.gyro_noise / math.sqrt(max(interval, 1 / self.rate))
-        bias = self.gyro_noise / math.sqrt(CALIBRATION) * np.array(bias)
-        rates = bias + np.cumsum(wander * standard_normal(rng, (frames, 3)), axis=0)
+        rates = self.gyro_noise / math.sqrt(CALIBRATION) * bias
+        rates = rates + np.cumsum(wander * standard_normal(rng, (frames, 3)), axis=0)
         rates += noise * standard_normal(rng, (frames, 3))
         yaw = np.cumsum(rates[:, 2:] * interval, axis=0)
         errors = np.concatenate([tilt, yaw, rates], axis=1)
-        return ImuErrors(1 + self.scale * float(scale), np.radians(errors))
+        return ImuErrors(1 + self.scale * float(scale[0]), np.radians(errors))
 
 
 @dataclass(frozen=True, eq=False)

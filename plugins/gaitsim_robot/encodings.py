@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import SAMPLES, Genomes, Rhythm
+from gaitsim.contracts import SAMPLES, Genomes, Legs, Rhythm
 from gaitsim.encoding import GeneGroup, Oscillators, genome_space, limit_steps, split_genomes
 from gaitsim.portable import arctan2, cos, norm, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
@@ -201,6 +201,18 @@ class Encoding:
             *timing,
             frequency,
         )
+
+    @property
+    def genes(self) -> int:
+        """Number of genes of the encoding."""
+        return sum(len(group.parts) for group in self.groups)
+
+    @cached_property
+    def legs(self) -> Legs:
+        """The legs, for reflexes."""
+        feet = np.array([chain.tip[:2] for chain in self.chains])
+        names, joints = tuple(leg.name for leg in self.anatomy.legs), len(self._standing)
+        return Legs(names, feet - feet.mean(axis=0), self._size, joints)
 
     def commands(self, genomes: Genomes, frames: int) -> tuple[Floats, Floats]:
         """Return the commands to the servos, and the stride frequency.

@@ -1,5 +1,6 @@
 """Gaits that feel: sensors, reflexes and a driver's commands change the rhythm in each frame."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -7,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Inputs, Observation, Reflex, Rhythm
-from gaitsim.legged import IMUS, Imu, observed
-from gaitsim_robot.rhythm import RhythmState, advance
+from gaitsim.contracts import COMMAND, Inputs, Legs, Observation, Reflex, Rhythm
+from gaitsim.encoding import GeneGroup
+from gaitsim.errors import GaitsimError, unknown
+from gaitsim.legged import FEET_AND_JOINTS, IMUS, Imu, observed
 
 Floats = NDArray[np.float64]
 
@@ -68,6 +70,9 @@ class Pilot:
         frames: int,
         interval: float,
     ) -> None:
+        from gaitsim_robot.rhythm import RhythmState, advance  # Numba takes a while to import
+
+        self._advance = advance
         self.rhythm, self._interval = rhythm, interval
         self._state = RhythmState(rhythm)
         self._reflexes = dict(reflexes)
@@ -98,6 +103,7 @@ class Pilot:
         self.command += share * (target - self.command)
         rhythm, state = self.rhythm, self._state
         walking = (target[:, :3] != 0).any(axis=1)
+        self.command[~walking & (state.activity == 0), :3] = 0.0
         seen = self.seen = Observation(
             measured[:, :3],
             measured[:, 3:],
@@ -115,7 +121,7 @@ class Pilot:
         )
         for name, reflex in self._reflexes.items():
             reflex.step(self._states[name], seen, inputs, self._interval)
-        angles = advance(
+        angles = self._advance(
             rhythm,
             state,
             walking,
@@ -146,8 +152,8 @@ class Pilot:
 
     def select(self, individuals: NDArray[Any]) -> None:
         """Keep some individuals, such as those that have not fallen."""
-        rhythm = self.rhythm = self.rhythm.select(individuals)
-        self._state.select(individuals)
+        self.rhythm = self.rhythm.select(individuals)
+        self._state = self._state.select(individuals)
         self._states = {
             name: {key: value[individuals] for key, value in state.items()}
             for name, state in self._states.items()
@@ -158,7 +164,109 @@ class Pilot:
         self._history = [one[individuals] for one in self._history]
         for name in ("_last", "_invalid", "command", "heading"):
             setattr(self, name, getattr(self, name)[individuals])
-        assert len(rhythm) == len(self.command)
+
+
+@dataclass(frozen=True, eq=False)
+class ReflexGenes:
+    """The reflexes of a body, and the genes that their options and weights add to its genome.
+
+    Attributes:
+        reflexes: reflexes by name, in the order in which they act.
+        evolve: options that are genes, such as 'heading.gain'.
+        legs: legs of the body.
+    """
+
+    reflexes: Mapping[str, Reflex]
+    evolve: tuple[str, ...]
+    legs: Legs
+
+    @property
+    def groups(self) -> tuple[GeneGroup, ...]:
+        """The gene groups."""
+        found = []
+        for gene in self.evolve:
+            owner, option = gene.split(".")
+            low, high = bounds(type(self.reflexes[owner]).model_fields[option].metadata)
+            found.append(GeneGroup(f"{owner} {option}".replace("_", " "), ("",), low, high))
+        for name, reflex in self.reflexes.items():
+            if count := reflex.weights(self.legs):
+                parts = tuple(str(1 + n) for n in range(count))
+                found.append(GeneGroup(f"{name} weight", parts, -1.0, 1.0))
+        return tuple(found)
+
+    @property
+    def start(self) -> Floats:
+        """The genes of the options as they are, and of weights of 0, (genes,)."""
+        options = [
+            float(getattr(self.reflexes[reflex], option))
+            for reflex, option in (name.split(".") for name in self.evolve)
+        ]
+        weights = sum(reflex.weights(self.legs) for reflex in self.reflexes.values())
+        return np.array([*options, *np.zeros(weights)])
+
+    def decode(self, genes: Floats) -> tuple[dict[str, Reflex], dict[str, Floats]]:
+        """Return the reflexes with evolved options, (population,) each, and weights by name."""
+        found, first = dict(self.reflexes), len(self.evolve)
+        for column, gene in enumerate(self.evolve):
+            owner, option = gene.split(".")
+            found[owner] = found[owner].model_copy(update={option: genes[:, column].copy()})
+        weights = {}
+        for name, reflex in self.reflexes.items():
+            count = reflex.weights(self.legs)
+            weights[name], first = genes[:, first : first + count], first + count
+        return found, weights
+
+
+NO_REFLEXES = ReflexGenes({}, (), Legs((), np.zeros((0, 2)), 0.0, 0))
+
+
+def bounds(metadata: Sequence[Any]) -> tuple[float, float]:
+    """Return the bounds of an option from its constraints; infinite where there is none."""
+    limits = {name: math.inf if name[0] == "l" else -math.inf for name in ("ge", "gt", "le", "lt")}
+    for one in metadata:
+        for name in limits:
+            if getattr(one, name, None) is not None:
+                limits[name] = float(getattr(one, name))
+    return max(limits["ge"], limits["gt"]), min(limits["le"], limits["lt"])
+
+
+def check_evolve(evolve: Sequence[str], reflexes: Mapping[str, Reflex]) -> None:
+    """Check that names such as 'heading.gain' are numbers with bounds among the options.
+
+    Raises:
+        GaitsimError: a name is unknown, or given twice.
+    """
+    known = [
+        f"{name}.{option}"
+        for name, reflex in reflexes.items()
+        for option, field in type(reflex).model_fields.items()
+        if field.annotation is float and np.isfinite(bounds(field.metadata)).all()
+    ]
+    for name in evolve:
+        if name not in known:
+            raise unknown("option of a reflex to evolve:", name, known, key="evolve")
+    if len({*evolve}) < len(evolve):
+        raise GaitsimError(f"{', '.join(evolve)} names an option twice", key="evolve")
+
+
+def check_needs(reflexes: Mapping[str, Reflex], sensors: Sequence[str]) -> None:
+    """Check that the sensors make the observations that reflexes need.
+
+    Raises:
+        GaitsimError: an observation is missing; the message has the sensors of the robot.
+    """
+    has = observed(sensors)
+    for name, reflex in reflexes.items():
+        missing = [need for need in reflex.needs if need not in has]
+        if missing:
+            helps = [one for one in (*IMUS, *FEET_AND_JOINTS) if missing[0] in observed([one])]
+            raise GaitsimError(
+                f"the reflex {name!r} needs {missing[0]}, which this robot does not sense",
+                where=f"organism.sensors: {', '.join(sensors) or 'none'}",
+                allowed=f"a sensor of {missing[0]}: {', '.join(helps)}",
+                remedy=f"add one to organism.sensors, if the robot has it, or remove {name!r}",
+                key="sensors",
+            )
 
 
 def select_options(reflex: Reflex, individuals: NDArray[Any]) -> Reflex:

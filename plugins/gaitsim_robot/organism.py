@@ -2,17 +2,19 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import ValidationInfo, model_validator
 
 from gaitsim.contracts import (
+    COMMAND,
     WORLD_HELP,
     Array,
     BodyFile,
     Channel,
     Condition,
+    Controller,
     Facts,
     Genomes,
     Measure,
@@ -34,11 +36,15 @@ from gaitsim.legged import (
     STRIDE_FREQUENCY_CHANNEL,
     Damage,
     angles_frequency,
+    check_sensors,
     parse_damage,
 )
+from gaitsim.registry import load_reflexes
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
+from gaitsim_robot.drives import CALIBRATION_TIME, Pushes, check_drive, pushes, targets, true_shares
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
+from gaitsim_robot.feeling import NO_REFLEXES, Pilot, ReflexGenes, check_evolve, check_needs
 from gaitsim_robot.loading import (
     BUNDLED,
     ServoOptions,
@@ -114,6 +120,34 @@ CHANNELS: Mapping[str, Channel] = {
         "position and quaternion of the trunk, then the angles of all joints, m and rad",
     ),
 }
+
+
+FELT: Mapping[str, Channel] = {
+    "command": Channel(
+        ("frames", COMMAND),
+        ("m/s", "rad/s", "m/s", "m"),
+        "commands of the driver, smoothed: forward, to the left, to the left, upward",
+    ),
+    "changed_command": Channel(
+        ("frames", COMMAND),
+        ("m/s", "rad/s", "m/s", "m"),
+        "commands with the changes of reflexes",
+    ),
+    "measured_orientation": Channel(
+        ("frames", ("roll", "pitch", "yaw")), "rad", "orientation as the IMU measures it"
+    ),
+    "commanded_heading": Channel(
+        ("frames",), "rad", "direction that the commands ask for, to the left of the start"
+    ),
+}
+"""The channels of a robot that feels or is driven, besides `CHANNELS`."""
+
+
+class _Channels:
+    """The channels of a robot; the class itself shows all that robots may have."""
+
+    def __get__(self, robot: "Robot | None", owner: type) -> Mapping[str, Channel]:
+        return CHANNELS if robot is not None and not robot.feels else {**CHANNELS, **FELT}
 
 
 class Robot(Organism):
@@ -217,9 +251,34 @@ class Robot(Organism):
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
+    reflexes: dict[str, dict[str, Any]] = option(
+        {},
+        "reflexes that change the gait by what the robot feels, in the order in which they act: "
+        "by name, a table of options that differ from the defaults, such as heading = "
+        "{ gain = 2.0 }",
+    )
+    evolve: tuple[str, ...] = option(
+        (), "options of reflexes that are genes, within their bounds, such as 'heading.gain'"
+    )
+    sensors: tuple[str, ...] = option(
+        ("mpu6050",),
+        "sensors of the robot: an IMU ('mpu6050', 'bno055' or 'ideal'), and 'contacts' and 'load' "
+        "of the feet, and 'joints' for servos that report their angles",
+    )
+    drive: tuple[dict[str, float], ...] = option(
+        (),
+        "commands over time, such as { at = 2.0, speed = 0.2, turn = 30.0 } in s, m/s forward and "
+        "°/s to the left; also sideways, m/s to the left, height, m, and push, m/s, in a "
+        "direction, °; parts not named keep their values. Without, the gait walks as evolved",
+    )
+    command_gains: tuple[float, float, float] = option(
+        (1.0, 1.0, 1.0),
+        "true speed, turn and sideways speed as shares of what strokes without slip would give, "
+        "by which the strokes for a command are divided; 'gaitsim steer' measures them",
+    )
 
     dynamic: ClassVar[bool] = True
-    channels: ClassVar[Mapping[str, Channel]] = CHANNELS
+    channels: ClassVar[Any] = _Channels()
 
     @model_validator(mode="after")
     def _import_model(self, info: ValidationInfo) -> Self:
@@ -236,6 +295,13 @@ class Robot(Organism):
             error.key = error.key or "model"
             raise
         _ = self._damage
+        reflexes = load_reflexes(self.reflexes)
+        given = {name: reflex.model_dump(mode="json") for name, reflex in reflexes.items()}
+        object.__setattr__(self, "reflexes", given)
+        check_sensors(self.sensors)
+        check_needs(reflexes, self.sensors)
+        check_evolve(self.evolve, reflexes)
+        check_drive(self.drive)
         check_world(self.world, self.conditions())
         return self
 
@@ -313,12 +379,27 @@ class Robot(Organism):
         return imported_file(self.model)
 
     def genome_space(self) -> RealSpace:
-        """Return the genome space of the encoding."""
-        return genome_space(self._encoding.groups)
+        """Return the genome space of the encoding, and of the reflexes."""
+        return genome_space((*self._encoding.groups, *self._instincts.groups))
 
     def starts(self) -> Mapping[str, Array]:
         """Return gaits made by hand that suit the legs, such as a trot."""
-        return self._encoding.starts()
+        own = self._instincts.start
+        return {
+            name: np.concatenate([start, own]) for name, start in self._encoding.starts().items()
+        }
+
+    @property
+    def feels(self) -> bool:
+        """Whether reflexes or a driver change the gait while it runs."""
+        return bool(self.reflexes or self.drive)
+
+    @property
+    def _instincts(self) -> ReflexGenes:
+        """The reflexes with the genes of their options and weights."""
+        if not self.reflexes:
+            return NO_REFLEXES
+        return ReflexGenes(load_reflexes(self.reflexes), self.evolve, self._encoding.legs)
 
     @property
     def _encoding(self) -> Encoding:
@@ -331,7 +412,74 @@ class Robot(Organism):
 
     def move(self, genomes: Genomes) -> Motion:
         """Simulate the walk of each individual separately."""
+        if self.feels:
+            return self._feel(genomes)
         return self._walk(*self._encoding.commands(genomes, self.frames))
+
+    def _feel(self, genomes: Genomes) -> Motion:
+        """Simulate robots whose gaits change by what they feel, and by commands."""
+        target = np.zeros((len(genomes), self.frames, len(COMMAND)))
+        if self.drive:
+            target[:] = targets(self.drive, self.frames, FRAME_RATE)
+        else:
+            target[..., 0] = self.pilot(genomes).rhythm.own_speed[:, None]
+        return self._driven(genomes, target, pushes(self.drive, FRAME_RATE))
+
+    def _driven(self, genomes: Genomes, target: Array, pushed: Pushes) -> Motion:
+        """Simulate robots with commands in each frame, (population, frames, 4), and pushes."""
+        from gaitsim_robot import bullet, rollout
+
+        pilot = self.pilot(genomes)
+        frequency = pilot.rhythm.frequency
+        simulate = {"mujoco": rollout.feel_out, "bullet": bullet.feel_out}[self.engine]
+        record, feelings = simulate(self.simulation, pilot, target, pushed)
+        return rollout.motion_of(self.simulation, record, feelings.angles, frequency, feelings)
+
+    def pilot(self, genomes: Genomes) -> Pilot:
+        """Return the controllers of a population, standing at the start."""
+        encoding, instincts = self._encoding, self._instincts
+        genes = encoding.genes
+        reflexes, weights = instincts.decode(genomes[:, genes:])
+        rhythm = encoding.rhythm(genomes[:, :genes])
+        rhythm.gains[:] = self.command_gains
+        return Pilot(
+            rhythm, reflexes, weights, self.sensors, self.world, self.frames, 1 / FRAME_RATE
+        )
+
+    def controller(self, genome: Genomes) -> Controller:
+        """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
+        robot = self.calibrated(genome)
+        instincts, genes = robot._instincts, robot._encoding.genes
+        rhythm = robot.pilot(genome[None]).rhythm
+        reflexes, weights = instincts.decode(genome[None, genes:])
+        scalar = {
+            name: reflex.model_copy(
+                update={
+                    option: float(getattr(reflex, option)[0])
+                    for option in (
+                        one.split(".")[1] for one in self.evolve if one.startswith(f"{name}.")
+                    )
+                }
+            )
+            for name, reflex in reflexes.items()
+        }
+        states = {name: one.start(rhythm.legs, weights[name]) for name, one in scalar.items()}
+        own = np.array([rhythm.own_speed[0], 0.0, 0.0, 0.0])
+        return Controller(rhythm, scalar, states, own, rhythm.limits[0], 1 / FRAME_RATE)
+
+    def calibrated(self, genome: Genomes) -> Self:
+        """Return the robot with the `command_gains` of a gait, measured in its nominal world."""
+        plain = self.model_copy(
+            update={"drive": (), "reflexes": {}, "world": {}, "duration": CALIBRATION_TIME}
+        )
+        genes = genome[: self._encoding.genes]
+        rhythm = self._encoding.rhythm(genes[None])
+        tests = np.diag(rhythm.limits[0, :3] * [0.8, 0.5, 0.5])
+        tests[0, 0] = rhythm.own_speed[0]
+        target = np.zeros((3, plain.frames, len(COMMAND)))
+        target[..., :3] = tests[:, None]
+        motion = plain._driven(np.tile(genes, (3, 1)), target, {})
+        return self.model_copy(update={"command_gains": true_shares(motion, tests)})
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with the given servo commands, clipped to the limits of the joints.

@@ -4,6 +4,7 @@ The inverse kinematics is that of `Chain.solve`, with two iterations from the an
 before. An exported controller computes the same.
 """
 
+import copy
 from typing import Any
 
 import numpy as np
@@ -40,10 +41,12 @@ class RhythmState:
         self.angles = np.tile(rhythm.standing, (population, 1))
         self.scale = np.ones(population)
 
-    def select(self, individuals: NDArray[Any]) -> None:
-        """Keep some individuals."""
-        for name in ("clock", "lead", "activity", "angles", "scale"):
-            setattr(self, name, getattr(self, name)[individuals])
+    def select(self, individuals: NDArray[Any]) -> "RhythmState":
+        """Return the state of some individuals."""
+        found = copy.copy(self)
+        for name, value in vars(self).items():
+            setattr(found, name, value[individuals])
+        return found
 
     def phase(self, rhythm: Rhythm) -> Floats:
         """Return the phase of each leg, (population, legs) cycles from 0 to 1."""
@@ -122,7 +125,7 @@ def _advance(
                 lead[n, leg] += min(max(drift, -cycle), 0.25)
         # Strokes that the command asks for; feet move against the trunk's motion.
         duration = duty[n] / frequency[n]
-        forward = command[n, 0] / (gains[n, 0] * max(own_speed[n], 1e-9))
+        forward = command[n, 0] / max(own_speed[n], 1e-9)
         turn = command[n, 1] / gains[n, 1] * duration
         aside = command[n, 2] / gains[n, 2] * duration
         farthest = 0.0
@@ -165,12 +168,9 @@ def _follow(
 ) -> None:  # fmt: skip
     """Move a leg's angles so that its foot follows its target, within limits of angle and speed.
 
-    Args:
-        low: index of the leg's first joint.
-        high: index after its last joint.
-        target: target of the foot, (3,) m.
-        angles: angles of all joints, (joints,) rad; those of the leg are changed in place.
-        room: arrays for intermediate results.
+    The leg has the joints from `low` to `high`. `target` is the place of its foot, (3,) m; `angles`
+    are those of all joints, (joints,) rad, of which the leg's are changed in place; `room` has
+    arrays for intermediate results; the other arguments are those of `Rhythm`.
     """
     foot, rotation, anchor, axis, error, slope, normal, step, before = room
     joints = high - low

@@ -4,15 +4,17 @@ import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Motion
+from gaitsim.contracts import COMMAND, Motion
 from gaitsim.contracts.quaternions import rotated
 from gaitsim.legged import STRIDE_FREQUENCY, commands_at
 from gaitsim.portable import arcsin, arctan2, norm
 from gaitsim_robot.anatomy import Floats
+from gaitsim_robot.drives import Pushes
 from gaitsim_robot.feeling import Pilot, Truth
 from gaitsim_robot.simulation import FRAME_RATE, TIPPED, Simulation
 
@@ -128,6 +130,20 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     return record
 
 
+def segments(
+    simulation: Simulation, frames: int, pushes: Pushes = MappingProxyType({})
+) -> Iterator[tuple[int, int, Floats]]:
+    """Yield the first and last frame of each segment, and the push before it, (3,) m/s."""
+    pushed, push = simulation.push(frames)
+    by_frame = dict(pushes)
+    if push.any():
+        by_frame[pushed] = by_frame.get(pushed, 0.0) + push
+    bounds = {*range(0, frames - 1, SEGMENT), frames - 1}
+    bounds |= {frame for frame in by_frame if frame < frames - 1}
+    for first, last in pairwise(sorted(bounds)):
+        yield first, last, by_frame.get(first, np.zeros(3))
+
+
 @dataclass(eq=False)
 class Feelings:
     """What a population that feels was told, felt and did, frame by frame.
@@ -146,27 +162,96 @@ class Feelings:
     measured: Floats
     heading: Floats
 
+    def channels(self) -> dict[str, Floats]:
+        """Return the channels of a motion that only robots that feel have."""
+        return {
+            "command": self.command,
+            "changed_command": self.changed,
+            "measured_orientation": self.measured,
+            "commanded_heading": self.heading,
+        }
+
     def hold_last(self) -> None:
         """Hold the values of the last frame but one, as no command follows from the last frame."""
         for values in vars(self).values():
             values[:, -1] = values[:, -2]
 
 
-def feel_out(simulation: Simulation, pilot: Pilot, target: Floats) -> tuple[Record, Feelings]:
+class Mover:
+    """Robots in MuJoCo that move frame by frame.
+
+    Attributes:
+        state: physics states, (active, states).
+    """
+
+    def __init__(self, simulation: Simulation, population: int) -> None:
+        import mujoco
+
+        self._model = simulation.model
+        self._data = mujoco.MjData(self._model)
+        self._warm = np.zeros((population, self._model.nv))
+        self.state = np.tile(simulation.start, (population, 1))
+
+    def push(self, change: Floats) -> None:
+        """Change the velocity of the trunks, (3,) m/s."""
+        self.state[:, 1 + self._model.nq : 4 + self._model.nq] += change
+
+    def move(self, control: Floats) -> tuple[Floats, Floats]:
+        """Simulate a frame.
+
+        Args:
+            control: commands to all servos in each step, (active, steps, servos) rad.
+
+        Returns:
+            The states after each step, (active, steps, states), and the sensor values at the start
+            of each step, (active, steps, sensors).
+        """
+        from mujoco import rollout
+
+        states, sensors = rollout.rollout(
+            self._model, self._data, self.state, control, initial_warmstart=self._warm
+        )
+        first = 1 + self._model.nq
+        speeds = states[:, -2:, first : first + self._model.nv]
+        # The solver starts from the last acceleration, as it does within a rollout.
+        self._warm = (speeds[:, -1] - speeds[:, 0]) / self._model.opt.timestep
+        self.state = np.ascontiguousarray(states[:, -1])
+        return states, sensors
+
+    def sense(self, control: Floats) -> Floats:
+        """Return the sensor values in the present state, (active, 1, sensors)."""
+        from mujoco import rollout
+
+        found: Floats = rollout.rollout(self._model, self._data, self.state, control)[1]
+        return found
+
+    def select(self, individuals: NDArray[np.bool_]) -> None:
+        """Keep some robots."""
+        self.state = np.ascontiguousarray(self.state[individuals])
+        self._warm = np.ascontiguousarray(self._warm[individuals])
+
+
+def feel_out(
+    simulation: Simulation, pilot: Pilot, target: Floats, pushes: Pushes, mover: Mover | None = None
+) -> tuple[Record, Feelings]:
     """Simulate robots that feel, in lock step, starting from standing.
 
     Args:
         simulation: simulation of one robot.
         pilot: controllers of the population.
-        target: commands of the driver in each frame, (population or 1, frames, 4), as `COMMAND`.
+        target: commands of the driver in each frame, (population, frames, 4), as `COMMAND`.
+        pushes: changes of velocity by frame, besides that of the world, (3,) m/s.
+        mover: robots standing in another physics engine; None for MuJoCo.
     """
-    population, frames = len(pilot.rhythm), target.shape[1]
+    population, frames = target.shape[:2]
     record = empty_record(simulation, population, frames)
-    walk = LockStep(simulation, pilot, target)
+    walk = LockStep(simulation, pilot, target, mover or Mover(simulation, population))
     active = np.arange(population)
-    for first, last, push in segments(simulation, frames):
-        walk.state[:, 1 + simulation.model.nq : 4 + simulation.model.nq] += push
-        before, states, sensors = walk.advance(active, first, last)
+    for first, last, push in segments(simulation, frames, pushes):
+        if push.any():
+            walk.mover.push(push)
+        before = walk.mover.state.copy()
+        states, sensors = walk.advance(active, first, last)
         upright = record_segment(simulation, record, active, first, last, before, states, sensors)
         active = active[upright]
         if not len(active):
@@ -181,66 +266,50 @@ class LockStep:
     """Robots that walk in lock step: in each frame, all of them feel, and then move.
 
     Attributes:
-        state: physics states, (active, states).
+        mover: the robots.
         feelings: what they were told, felt and did.
     """
 
-    def __init__(self, simulation: Simulation, pilot: Pilot, target: Floats) -> None:
-        import mujoco
-
-        population, frames = len(pilot.rhythm), target.shape[1]
-        model, joints = simulation.model, len(simulation.ctrl)
-        self._simulation, self._pilot = simulation, pilot
-        self._target = np.broadcast_to(target, (population, frames, 4))
-        self._data = mujoco.MjData(model)
-        self.state = np.tile(simulation.start, (population, 1))
+    def __init__(self, simulation: Simulation, pilot: Pilot, target: Floats, mover: Mover) -> None:
+        population, frames = target.shape[:2]
+        self._simulation, self._pilot, self._target = simulation, pilot, target
+        self.mover = mover
         self._load = np.full((population, len(simulation.load)), 1 / len(simulation.load))
         self._yaw = np.zeros(population)
-        self._warm = np.zeros((population, model.nv))
         # A delayed command may come from so many frames before.
         self._memory = math.ceil(simulation.latency * FRAME_RATE)
         self._memory += math.ceil(FRAME_RATE / simulation.command_rate) + 1
-        self._weight = simulation.anatomy.mass * float(norm(model.opt.gravity)) or 1.0
+        self._weight = simulation.anatomy.mass * float(norm(simulation.model.opt.gravity)) or 1.0
         self.feelings = Feelings(
             np.tile(pilot.rhythm.standing, (population, frames, 1)),
-            *(np.zeros((population, frames, size)) for size in (4, 4, 3)),
+            np.zeros((population, frames, len(COMMAND))),
+            np.zeros((population, frames, len(COMMAND))),
+            np.zeros((population, frames, 3)),
             np.zeros((population, frames)),
         )
 
-    def advance(
-        self, active: NDArray[np.intp], first: int, last: int
-    ) -> tuple[Floats, Floats, Floats]:
-        """Advance from frame `first` to `last`; return the arguments of `record_segment`."""
-        from mujoco import rollout
-
-        simulation, model, steps = self._simulation, self._simulation.model, self._simulation.steps
-        before, states, sensors = self.state.copy(), [], []
+    def advance(self, active: NDArray[np.intp], first: int, last: int) -> tuple[Floats, Floats]:
+        """Advance from frame `first` to `last`; return states and sensors for `record_segment`."""
+        simulation = self._simulation
+        states, sensors = [], []
         for frame in range(first, last):
             angles, origin = self._feel(active, frame)
             control = delayed_commands(simulation, angles, frame, frame + 1, origin)[:, :-1]
-            after, found = rollout.rollout(
-                model, self._data, self.state, control, initial_warmstart=self._warm
-            )
+            after, found = self.mover.move(control)
             states.append(after)
             sensors.append(found)
-            speeds = after[:, -2:, 1 + model.nq : 1 + model.nq + model.nv]
-            self._warm = (speeds[:, 1] - speeds[:, 0]) / model.opt.timestep
             self._load = found[:, :, simulation.load[:, 2]].mean(axis=1) / self._weight
-            self.state = np.ascontiguousarray(after[:, -1])
-        # One more step finds the sensors' values in the last frame.
-        after, found = rollout.rollout(model, self._data, self.state, control[:, -1:])
-        states.append(after)
-        sensors.append(found)
-        return before, np.concatenate(states, axis=1), np.concatenate(sensors, axis=1)
+        states.append(self.mover.state[:, None])
+        sensors.append(self.mover.sense(control[:, -1:]))
+        return np.concatenate(states, axis=1), np.concatenate(sensors, axis=1)
 
     def _feel(self, active: NDArray[np.intp], frame: int) -> tuple[Floats, int]:
         """Let robots feel; return their latest commands, and the frame of the first of these."""
         simulation, pilot, felt = self._simulation, self._pilot, self.feelings
-        nq = simulation.model.nq
-        qpos, spin = self.state[:, 1 : 1 + nq], self.state[:, 4 + nq : 7 + nq]
+        nq, state = simulation.model.nq, self.mover.state
+        qpos, spin = state[:, 1 : 1 + nq], state[:, 4 + nq : 7 + nq]
         turned = orientation(simulation.turn(qpos[:, None, 3:7]))[:, 0]
-        change = turned[:, 2] - self._yaw
-        turned[:, 2] -= TURN * np.rint(change / TURN)
+        turned[:, 2] -= TURN * np.rint((turned[:, 2] - self._yaw) / TURN)
         self._yaw = turned[:, 2]
         truth = Truth(
             turned,
@@ -259,16 +328,9 @@ class LockStep:
     def select(self, upright: NDArray[np.bool_]) -> None:
         """Keep some of the active robots."""
         self._pilot.select(np.flatnonzero(upright))
-        for name in ("_target", "state", "_load", "_yaw", "_warm"):
-            setattr(self, name, np.ascontiguousarray(getattr(self, name)[upright]))
-
-
-def segments(simulation: Simulation, frames: int) -> Iterator[tuple[int, int, Floats]]:
-    """Yield the first and last frame of each segment, and the push before it, (3,) m/s."""
-    pushed, push = simulation.push(frames)
-    bounds = {*range(0, frames - 1, SEGMENT), frames - 1} | ({pushed} if push.any() else set())
-    for first, last in pairwise(sorted(bounds)):
-        yield first, last, push if first == pushed else np.zeros(3)
+        self.mover.select(upright)
+        self._target, self._load = self._target[upright], self._load[upright]
+        self._yaw = self._yaw[upright]
 
 
 def empty_record(simulation: Simulation, population: int, frames: int) -> Record:
@@ -385,7 +447,26 @@ def walk(
         engine: function that simulates the robots.
         frequency: stride frequency of the commands, (population,) Hz; None if unknown.
     """
-    record = engine(simulation, commands)
+    return motion_of(simulation, engine(simulation, commands), commands, frequency)
+
+
+def motion_of(
+    simulation: Simulation,
+    record: Record,
+    commands: Floats,
+    frequency: Floats | None = None,
+    feelings: Feelings | None = None,
+) -> Motion:
+    """Return the motion of robots from their record; arguments as in `walk`.
+
+    Args:
+        simulation: simulation of one robot.
+        record: record of the robots.
+        commands: commands to the servos of the legs, (population, frames, joints) rad.
+        frequency: stride frequency of the commands, (population,) Hz; None if unknown.
+        feelings: what robots that feel were told, felt and did.
+    """
+    felt = {} if feelings is None else feelings.channels()
     held = commands.copy()
     for individual in np.flatnonzero(record.lasted < commands.shape[1]):
         lasted = record.lasted[individual]
@@ -419,6 +500,7 @@ def walk(
             "weight": np.full(len(commands), weight),
             "length": np.full(len(commands), simulation.anatomy.length),
             "configuration": qpos,
+            **felt,
         },
         failures=record.failures,
     )

@@ -7,6 +7,6 @@ explicitly.
 Source: E. Coumans, Y. Bai, PyBullet, a Python module for physics simulation (2016–2021).
 """
 
-from gaitsim_robot.bullet.rollout import roll_out
+from gaitsim_robot.bullet.rollout import feel_out, roll_out
 
-__all__ = ["roll_out"]
+__all__ = ["feel_out", "roll_out"]

@@ -1,16 +1,29 @@
 """Simulate populations of robots in PyBullet, and record them as in MuJoCo."""
 
+import copy
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim_robot import rollout
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.bullet.body import BulletBody
 from gaitsim_robot.bullet.client import open_client
 from gaitsim_robot.bullet.ground import BASE
-from gaitsim_robot.rollout import Record, delayed_commands, empty_record, record_segment, segments
+from gaitsim_robot.drives import Pushes
+from gaitsim_robot.feeling import Pilot
+from gaitsim_robot.rollout import (
+    Feelings,
+    Mover,
+    Record,
+    delayed_commands,
+    empty_record,
+    record_segment,
+    segments,
+)
 from gaitsim_robot.servos import BRAKE, CONSTANT, GAIN
 from gaitsim_robot.simulation import Simulation
 
@@ -100,6 +113,56 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
                     break
                 before = states[-2]
     return record
+
+
+class BulletMover(Mover):
+    """A robot in PyBullet that moves frame by frame."""
+
+    def __init__(self, simulation: Simulation, walk: "_Walk") -> None:
+        self._walk = walk
+        self.state = simulation.start[None].copy()
+
+    def push(self, change: Floats) -> None:
+        """Change the velocity of the trunk, (3,) m/s."""
+        self._walk.body.push(change)
+
+    def move(self, control: Floats) -> tuple[Floats, Floats]:
+        """Simulate a frame; see `Mover.move`."""
+        states, sensors = self._walk.advance(np.concatenate([control[0], control[0, -1:]]))
+        self.state = states[None, -2].copy()
+        self._sensors = sensors[None, -1:]
+        return states[None, :-1], sensors[None, :-1]
+
+    def sense(self, control: Floats) -> Floats:
+        """Return the sensor values in the present state, (1, 1, sensors)."""
+        return self._sensors
+
+    def select(self, individuals: NDArray[np.bool_]) -> None:
+        """Keep the robot."""
+
+
+def feel_out(
+    simulation: Simulation, pilot: Pilot, target: Floats, pushes: Pushes
+) -> tuple[Record, Feelings]:
+    """Simulate robots that feel, one after another; see `gaitsim_robot.rollout.feel_out`."""
+    population = len(target)
+    substeps = count_substeps(simulation)
+    found = []
+    for individual in range(population):
+        own, rows = copy.copy(pilot), np.array([individual])
+        own.select(rows)
+        with open_client(simulation.model.opt.timestep / substeps) as client:
+            mover = BulletMover(simulation, _Walk(BulletBody(client, simulation), substeps))
+            found.append(rollout.feel_out(simulation, own, target[rows], pushes, mover))
+    records, feelings = zip(*found, strict=True)
+    failures = {n: one.failures[0] for n, one in enumerate(records) if one.failures}
+    return Record(**_joined(records), failures=failures), Feelings(**_joined(feelings))
+
+
+def _joined(parts: Sequence[Record] | Sequence[Feelings]) -> dict[str, Any]:
+    """Return the arrays of several populations as those of one, by name."""
+    names = [name for name, value in vars(parts[0]).items() if isinstance(value, np.ndarray)]
+    return {name: np.concatenate([getattr(part, name) for part in parts]) for name in names}
 
 
 def count_substeps(simulation: Simulation) -> int:
