@@ -13,7 +13,8 @@ HEAD = """# Plugins and their options
 
 This page is generated from the plugins in the gaitsim package; `gaitsim plugins show NAME` prints
 the same text. Set an option in the section of the experiment file that is named after the plugin's
-kind, or with `--set`, as in `--set search.restarts=bipop`.
+kind, or with `--set`, as in `--set search.restarts=bipop`. Options of a reflex are in the option
+`reflexes` of its body, and those of plots and exporters are flags.
 """
 TITLES = {
     "organism": "Bodies",
@@ -37,9 +38,10 @@ def page() -> str:
             plugin = load_class(kind, name)
             about = (plugin.__doc__ or "").strip().split("\n\n")[0]
             parts += [f"### {name}", "", html.escape(" ".join(about.split()), quote=False), ""]
-            if kind == "fitness":
-                needs = ", ".join(f"`{channel}`" for channel in getattr(plugin, "needs", ()))
-                parts += [f"Reads the channels {needs}.", ""]
+            if kind in ("fitness", "reflex"):
+                needs = ", ".join(f"`{one}`" for one in getattr(plugin, "needs", ()))
+                what = "channels" if kind == "fitness" else "observations"
+                parts += [f"Reads the {what} {needs}.", ""]
             parts += _table(plugin)
             if issubclass(plugin, Organism):
                 parts += _channels(plugin)

@@ -1,14 +1,12 @@
 """The reflex that keeps a direction."""
 
-import math
 from typing import ClassVar
 
 import numpy as np
 
 from gaitsim.contracts import Inputs, Legs, Observation, Reflex, option
 from gaitsim.contracts.reflex import Floats
-
-DEGREE = math.pi / 180  # rad
+from gaitsim_reflexes.shared import COURSE_ERROR, DEGREE, WALKING, course_error, walking
 
 
 class Heading(Reflex):
@@ -38,9 +36,7 @@ class Heading(Reflex):
     ) -> None:
         """Add the correction to the commanded turn."""
         limit, bound = self.limit * DEGREE, self.bound * DEGREE
-        error = seen.heading - seen.orientation[:, 2]
-        error -= 2 * np.pi * np.floor((error + np.pi) / (2 * np.pi))
-        walks = (seen.command[:, :3] != 0).any(axis=1)
+        error, walks = course_error(seen), walking(seen)
         wanted = self.gain * error + state["integral"]
         inputs.command[:, 1] += walks * np.clip(wanted, -limit, limit)
         grows = walks & ((np.abs(wanted) < limit) | (wanted * error < 0))
@@ -49,17 +45,14 @@ class Heading(Reflex):
 
     def c99(self) -> str:
         """Return `step` in C99."""
-        return """\
-const double degree = 3.141592653589793 / 180, turn = 2 * 3.141592653589793;
-const double limit = o->limit * degree, bound = o->bound * degree;
-double error = seen->heading - seen->orientation[2];
-error -= turn * floor((error + turn / 2) / turn);
-const int walks = seen->command[0] != 0 || seen->command[1] != 0 || seen->command[2] != 0;
+        return f"""\
+{COURSE_ERROR}{WALKING}\
+const double limit = o->limit * turn / 360, bound = o->bound * turn / 360;
 const double wanted = o->gain * error + s->integral;
-if (walks) {
+if (walks) {{
     inputs->command[1] += gait_clip(wanted, -limit, limit);
     if (fabs(wanted) < limit || wanted * error < 0)
         s->integral += o->integral_gain * error * interval;
-}
+}}
 s->integral = gait_clip(s->integral, -bound, bound);
 """

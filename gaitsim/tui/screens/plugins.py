@@ -19,7 +19,7 @@ from textual.containers import Horizontal, VerticalScroll
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
-from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin
+from gaitsim.contracts import Crossover, Fitness, Mutation, Organism, Plugin, Reflex
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import default_conditions
 from gaitsim.registry import EXPERIMENTS, PLUGINS, Entry, entries, options, unreadable
@@ -51,10 +51,10 @@ class Plugins(GaitScreen):
     CSS_PATH = "plugins.tcss"
     AUTO_FOCUS = "#installed"  # not the filter, which would take letters
     HELP_TEXT = """
-Bodies, fitness functions, operators and presets come from installed packages, bundled or not. The
-left side lists them, with a ✗ before those that cannot be used. The right side shows the source,
-description and options of the highlighted one, with defaults and bounds. / filters by words in the
-name, kind, package, description or options.
+Bodies, fitness functions, operators, reflexes and presets come from installed packages, bundled or
+not. The left side lists them, with a ✗ before those that cannot be used. The right side shows the
+source, description and options of the highlighted one, with defaults and bounds. / filters by words
+in the name, kind, package, description or options.
 
 Enter, or a click on the highlighted one, creates a **new run** with a body or a preset. c
 **checks** whether the highlighted plugin fulfils its contract and lists the errors to fix.
@@ -313,8 +313,8 @@ def _facts(
         found += [(name, str(one)) for name, one in default_conditions(plugin).items()]
         offered = catalogue.offered(name, None)
         found.append(("fitness", ", ".join(offered["fitness"]) or "none installed"))
-    if issubclass(plugin, Fitness):
-        found.append(("reads", ", ".join(plugin.needs)))
+    if issubclass(plugin, Fitness | Reflex):
+        found.append(("reads", ", ".join(plugin.needs) or "nothing"))
     if issubclass(plugin, Fitness | Crossover | Mutation):
         bodies = [
             b for b in catalogue.classes["organism"] if name in catalogue.offered(b, None)[kind]
