@@ -251,11 +251,11 @@ def print_run(run: RunSnapshot) -> None:
     start = run.start
     if start is not None:
         individual = f"an individual of generation {start.generation}"
-        many = f"{len(start.genomes):,} genomes passed in Python"
+        many = f"{len(start.genomes):,} given genomes"
         console.print(
             f"started from {individual} with the score {number(start.score, 4)}"
             if start.generation
-            else f"started from {many if len(start.genomes) > 1 else 'a genome passed in Python'}"
+            else f"started from {many if len(start.genomes) > 1 else 'a given genome'}"
         )
     if not history:
         again = command("resume", run.path)

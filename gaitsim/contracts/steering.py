@@ -75,8 +75,8 @@ class Steered(ABC):
     def facts(self) -> Mapping[str, str]:
         """Return what the body is asked to do, for display: values with units by name.
 
-        For example, `{"wish": "0.20 m/s"}`. Names of up to 11 and values of up to 16 characters
-        fit beside the body in a terminal of 80 columns.
+        For example, `{"asked speed": "0.20 m/s"}`. Names of up to 11 characters, numbers of up to 8
+        and units of up to 7 fit beside the body in a terminal of 80 columns.
         """
         return {}
 

@@ -2,7 +2,6 @@
 
 import sys
 from collections.abc import Mapping
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -113,7 +112,7 @@ class Steer(Action):
     def do(self) -> None:
         """Open the terminal UI, or write the page."""
         from gaitsim.cli.tui import check_terminal, run_app
-        from gaitsim.console.printing import status
+        from gaitsim.console.printing import echo, status
         from gaitsim.runs.files.folder import command
         from gaitsim.steering import Drive
 
@@ -139,8 +138,15 @@ class Steer(Action):
             "steer", *([] if self.body == STEERING_PRESETS[0] else [self.body]), *options
         )
         config = read_config(config_path())
-        screen = partial(Steering, lambda: drive, line, record=self.record)
-        run_app(GaitsimApp(config=config, first=screen))
+        screens: list[Steering] = []
+
+        def first() -> Steering:
+            screens.append(Steering(lambda: drive, line, record=self.record))
+            return screens[0]
+
+        run_app(GaitsimApp(config=config, first=first))
+        for path in screens[0].saved if screens else ():
+            echo(f"{path}: a recorded drive. Replay it: {command('play', path)}")
 
     def _subject(self) -> "tuple[Experiment, dict[str, Genomes]]":
         """Return the experiment of the body, and the genomes of its controllers by name."""

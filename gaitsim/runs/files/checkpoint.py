@@ -129,8 +129,8 @@ class Start:
         experiment: experiment of the genomes as resolved TOML.
         genomes: genomes, (starts, genes), float64 and finite, or uint8.
         generation: generation of the individual that the run starts from, counted from 1; 0 for
-            genomes that were passed in Python.
-        score: score of that individual; 0 for genomes that were passed in Python.
+            other genomes, such as those passed in Python or of a recorded drive.
+        score: score of that individual; 0 for other genomes.
     """
 
     kind: ClassVar[str] = "start"

@@ -36,7 +36,7 @@ FPS = 20
 EVERY = 4  # frames per update of the curve and the plan
 BAR = 10  # cells of a full bar
 WIDE = 15  # cells of a command in a list of two columns
-SHORT = 3.0  # s; nobody is asked to save a shorter drive
+SHORT = 3.0  # s; nobody is asked to save less of a drive
 SIGNS = {"up": "↑", "down": "↓", "left": "←", "right": "→", "space": "␣"}
 
 
@@ -143,6 +143,7 @@ class Steering(GaitScreen):
     Attributes:
         drive: simulated body; None until it is loaded.
         paused: whether the simulation is paused.
+        saved: folders of the runs in which drives were saved.
     """
 
     HELP_TEXT = """
@@ -185,6 +186,8 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self._load, self._line, self._clock, self._record = load, line, clock, record
         self.drive: Drive | None = None
         self.paused = self._saving = False
+        self.saved: list[Path] = []
+        self._saved_until = 0.0  # s
         self._then, self._elapsed, self._best = 0.0, 0.0, 0.0
         self._frames, self._heading = 0, 0.0
         self._recordable = False
@@ -221,7 +224,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
     def _restart_clock(self) -> None:
         """Restart the clock."""
         self._then, self._elapsed, self.paused = self._clock(), 0.0, False
-        self._frames, self._curve = 0, []
+        self._frames, self._curve, self._saved_until = 0, [], 0.0
         self.body.reset_heading()
         self._show()
         self._show_message()
@@ -332,6 +335,8 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
             self._saving = False
             if self.is_mounted:
                 self._show_message()
+        self.saved.append(path)
+        self._saved_until = drive.seconds
         text = f"{path}: a drive of {drive.seconds:.1f} s. Replay it: {command('play', path)}"
         self.app.notify(text, title="Saved", markup=False)
         return True
@@ -341,7 +346,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         from gaitsim.tui.screens.questions import Choose
 
         drive = self.drive
-        if drive is None or not self._unsaved or drive.seconds < SHORT:
+        if drive is None or not self._unsaved or drive.seconds - self._saved_until < SHORT:
             return True
         if self._record is not None:
             return await self._save()
@@ -420,9 +425,12 @@ def _facts(drive: Drive, turned: float) -> Text:
     rows["speed"] = f"{ahead:8.2f} m/s"
     rows["heading"] = format_yaw(turned).removeprefix("yaw ").rjust(8)
     text = Text(no_wrap=True)
-    for name, value in {**rows, **drive.facts}.items():
-        text.append(f"{visible(name):<12}", "dim")
-        text.append(visible(value) + "\n")
+    for name, value in drive.facts.items():
+        number, _, unit = visible(value).partition(" ")
+        rows[visible(name)] = f"{number:>8} {unit}"
+    for name, value in rows.items():
+        text.append(f"{name:<12}", "dim")
+        text.append(value + "\n")
     text.append("\n")
     if drive.holds:
         _add_controllers(text, drive)
