@@ -2,36 +2,19 @@
 
 import numpy as np
 import pytest
+from walking_motion import (
+    FRAMES,
+    LENGTH,
+    STALL,
+    TIME,
+    WEIGHT,
+    assert_independent_of_the_population,
+    motion,
+    straight,
+)
 
-from gaitsim.contracts import Motion
 from gaitsim.experiment import load_experiment
 from gaitsim_robot.travel import TravelFitness
-
-RATE, FRAMES = 50.0, 501  # 10 s
-TIME = np.arange(FRAMES) / RATE
-LENGTH, WEIGHT, STALL = 0.4, 20.0, 2.0
-
-
-def motion(**changed):
-    """Return the motion of a robot that stands still, with some channels replaced."""
-    channels = {
-        "torso": np.zeros((FRAMES, 3)),
-        "orientation": np.zeros((FRAMES, 3)),
-        "joint_positions": np.zeros((FRAMES, 4)),
-        "torque": np.zeros((FRAMES, 4)),
-        "stall_torque": np.full(4, STALL),
-        "energy": np.zeros(FRAMES),
-        "slip": np.zeros(FRAMES),
-        "lasted": np.array(10.0),
-        "weight": np.array(WEIGHT),
-        "length": np.array(LENGTH),
-    }
-    return Motion(RATE, {name: values[None] for name, values in (channels | changed).items()})
-
-
-def straight(x, y=0.0):
-    """Return the path of a torso that moves to a point at constant velocity."""
-    return TIME[:, None] / TIME[-1] * np.array([x, y, 0.0])
 
 
 def sine(amplitude, frequency):
@@ -97,17 +80,7 @@ def test_unknown_quantities_are_not_penalised():
 
 
 def test_the_terms_of_an_individual_do_not_depend_on_the_population():
-    rng = np.random.default_rng(0)
-    shapes = {name: values.shape[1:] for name, values in motion().items()}
-    channels = {name: rng.random((9, *shape)) for name, shape in shapes.items()}
-    # Bodies may return arrays with any memory layout.
-    channels["torque"] = np.asfortranarray(channels["torque"])
-    whole = TravelFitness().terms(Motion(RATE, channels))
-    for part in (slice(4, 5), slice(2, 9)):
-        chosen = {name: values[part] for name, values in channels.items()}
-        terms = TravelFitness().terms(Motion(RATE, chosen))
-        for name, values in terms.items():
-            assert np.array_equal(values, whole[name][part]), name
+    assert_independent_of_the_population(TravelFitness())
 
 
 def test_the_walker_can_be_evaluated():

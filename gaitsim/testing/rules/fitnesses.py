@@ -27,10 +27,10 @@ def find_body(entry: Entry, fitness: Fitness) -> tuple[Entry, Organism] | None:
     for body, values in _candidates(entry):
         with suppress(GaitsimError, ValueError):
             model = load_entry(body)
-            if compatible(type(fitness), getattr(model, "channels", ()), None):
-                with plugin_errors(body, "validating its options"):
-                    organism = build_plugin(model, values)
-                assert isinstance(organism, Organism)
+            with plugin_errors(body, "validating its options"):
+                organism = build_plugin(model, values)
+            assert isinstance(organism, Organism)
+            if compatible(type(fitness), organism.channels, None):
                 return body, organism
     return None
 
