@@ -14,10 +14,12 @@ class Level(Reflex):
 
     The vestibulospinal reflex of Fukuoka, Kimura and Cohen 2003, by lengths instead of angles. The
     change follows the height of each hip above that of a level trunk, for small angles, its
-    integral, and its speed. On a slope, the trunk stays level as far as the legs reach.
+    integral, and its speed. On a slope, the trunk stays level as far as the legs reach. The strokes
+    of a level trunk do not follow a slope uphill or downhill, so by default, only roll counts.
     """
 
-    gain: float = option(0.5, "change of a leg's length per height of its hip", ge=0, le=5)
+    pitch: float = option(0.0, "share of the pitch that it levels", ge=0, le=1)
+    gain: float = option(0.3, "change of a leg's length per height of its hip", ge=0, le=5)
     integral_gain: float = option(
         1.0, "change of a leg's length per height of its hip and second", unit="1/s", ge=0, le=20
     )
@@ -43,7 +45,7 @@ class Level(Reflex):
         self, state: dict[str, Floats], seen: Observation, inputs: Inputs, interval: float
     ) -> None:
         """Change the lengths of the legs."""
-        ahead, left = state["ahead"], state["left"]
+        ahead, left = of_legs(self.pitch) * state["ahead"], state["left"]
         limit = (self.limit * state["length"])[:, None]
         roll, pitch = seen.orientation[:, 0, None], seen.orientation[:, 1, None]
         height = left * roll - ahead * pitch
@@ -58,7 +60,7 @@ class Level(Reflex):
         return """\
 const double limit = o->limit * s->length;
 for (int leg = 0; leg < GAIT_LEGS; leg++) {
-    const double ahead = s->ahead[leg], left = s->left[leg];
+    const double ahead = o->pitch * s->ahead[leg], left = s->left[leg];
     const double height = left * seen->orientation[0] - ahead * seen->orientation[1];
     const double speed = left * seen->rates[0] - ahead * seen->rates[1];
     const double integral = s->integral[leg] - o->integral_gain * height * interval;

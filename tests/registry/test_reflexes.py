@@ -2,8 +2,10 @@
 
 import pytest
 
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.experiment import parse_experiment
 from gaitsim.registry import load_reflexes
+from gaitsim.registry.loading import read_preset
 from gaitsim_reflexes.heading import Heading
 
 MIRROR = """
@@ -67,3 +69,14 @@ def test_a_reflex_needs_known_observations(install, needs):
     ) as raised:
         load_reflexes({"mirror": {}})
     assert raised.value.key == "reflexes.mirror"
+
+
+def test_an_experiment_names_the_option():
+    text = read_preset("quadruped").replace(
+        'servo = "sts3215"', 'sensors = ["ideal"]\nreflexes = { heading = { gain = 99.0 } }'
+    )
+    with pytest.raises(ExperimentError) as raised:
+        parse_experiment(text, "my.toml")
+    (problem,) = raised.value.problems
+    assert problem.what == "invalid reflexes.heading.gain: 99.0"
+    assert problem.where == "my.toml, key organism.reflexes.heading.gain"
