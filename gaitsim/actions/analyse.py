@@ -102,6 +102,7 @@ class Analyse(OneIndividual):
             from gaitsim.console.unseen import (
                 check_with_progress,
                 check_worlds,
+                compare_blind_with_progress,
                 evaluate_with_progress,
             )
             from gaitsim.gait import analyse_individual
@@ -112,6 +113,7 @@ class Analyse(OneIndividual):
                 check_results,
                 compare_engines,
                 compare_with_twin,
+                feedback_results,
                 world_results,
             )
             from gaitsim.runs.snapshot import RunSnapshot
@@ -129,6 +131,7 @@ class Analyse(OneIndividual):
                 individual, self.worlds, self.world_seed, workers=self.workers
             )
         checks = check_with_progress(individual, self.workers)
+        feedback = compare_blind_with_progress(individual, self.workers)
         if self.figure is not None:
             _plot(individual, found, unseen, self.figure)
             report_files(self.figure)
@@ -147,6 +150,7 @@ class Analyse(OneIndividual):
                     "run": str(opened.path),
                     **analysis,
                     "checks": checks.to_dict() if checks else None,
+                    "feedback": feedback.to_dict() if feedback else None,
                     "unseen_worlds": unseen.to_dict() if unseen else None,
                     "figure": str(self.figure) if self.figure else None,
                 }
@@ -157,6 +161,7 @@ class Analyse(OneIndividual):
         if robustness is not None:
             print_robustness(robustness)
         sections = [check_results(checks)] if checks else []
+        sections += [feedback_results(feedback)] if feedback else []
         sections += [compare_with_twin(individual, twin)] if twin else []
         sections += [compare_engines(individual, elsewhere)] if elsewhere else []
         for section in (*sections, *(world_results(unseen) if unseen else ())):

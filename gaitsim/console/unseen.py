@@ -9,6 +9,7 @@ from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of
 from gaitsim.gait.checks import CheckResults, check_gait, worlds_of
+from gaitsim.gait.feedback import REPORTED, FeedbackResults, blinded, compare_blind
 from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen
 from gaitsim.individual import Individual
 from gaitsim.runs.snapshot import RunSnapshot
@@ -64,6 +65,16 @@ def check_with_progress(individual: Individual, workers: int | None = None) -> C
         return None
     with Progress("checking whether the gait holds", "worlds", len(worlds)) as progress:
         return check_gait(individual, workers=workers, advance=progress.advance)
+
+
+def compare_blind_with_progress(
+    individual: Individual, workers: int | None = None
+) -> FeedbackResults | None:
+    """Compare a gait with and without reflexes, and show the progress; None without reflexes."""
+    if blinded(individual) is None:
+        return None
+    with Progress("walking with and without reflexes", "worlds", REPORTED) as progress:
+        return compare_blind(individual, workers=workers, advance=progress.advance)
 
 
 def check_champion(champion: Individual, workers: int | None = None) -> CheckResults | None:

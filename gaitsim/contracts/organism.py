@@ -205,6 +205,16 @@ class Organism(Plugin):
         """
         return None
 
+    def blind(self, genomes: Genomes) -> "tuple[Organism, Genomes] | None":
+        """Return the same body without its reflexes, and the genomes without their genes.
+
+        The default returns None: the body has no reflexes.
+
+        Args:
+            genomes: genomes of a population, (population, genes).
+        """
+        return None
+
     def commands(self) -> tuple[Command, ...]:
         """Return the commands that a person can give, each with its own key.
 

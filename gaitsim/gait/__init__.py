@@ -10,6 +10,7 @@ from gaitsim.gait.changed import (
     with_world,
 )
 from gaitsim.gait.checks import CheckResults, check_gait
+from gaitsim.gait.feedback import FeedbackResults, compare_blind
 from gaitsim.gait.report import (
     Footfalls,
     GaitAnalysis,
@@ -23,6 +24,7 @@ from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 
 __all__ = [
     "CheckResults",
+    "FeedbackResults",
     "Footfalls",
     "GaitAnalysis",
     "UnseenResults",
@@ -30,6 +32,7 @@ __all__ = [
     "analyse_individual",
     "can_be_damaged",
     "check_gait",
+    "compare_blind",
     "compare_bodies",
     "damage_body",
     "evaluate_unseen",

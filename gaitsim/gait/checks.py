@@ -168,7 +168,7 @@ def check_gait(
         return None
     conditions = conditions_of(individual.experiment)
     nominal = outcome_of(individual)
-    outcomes = evaluate_in(individual, worlds, workers, advance)
+    outcomes = evaluate_in(individual, worlds, workers, advance, outcome_of)
     checks = tuple(
         Check(
             world,

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +28,8 @@ from gaitsim.gait.sensitivity import Effect, effects
 from gaitsim.gait.travel import frames_in
 from gaitsim.individual import Individual
 from gaitsim.repr_mixin import ReprField, ReprMixin
+
+Result = TypeVar("Result")
 
 MEASURE, SCORE = "forward", "score"
 NEGLIGIBLE = 0.01  # loss below which an effect is omitted, as a share of the nominal result
@@ -231,7 +233,7 @@ def evaluate_unseen(
     worlds = draw_unseen_worlds(experiment, number, chosen, seed)
     begin(number)
     nominal = outcome_of(individual)
-    outcomes = evaluate_in(individual, worlds, workers, advance)
+    outcomes = evaluate_in(individual, worlds, workers, advance, outcome_of)
     if all(one.failure for one in outcomes):
         raise GaitsimError(
             f"the motion fails in each of {number:,} worlds: {outcomes[0].failure}",
@@ -260,16 +262,18 @@ def evaluate_in(
     worlds: Sequence[World],
     workers: int | None,
     advance: Callable[[int], object],
-) -> tuple[Outcome, ...]:
-    """Return the outcome of a gait in each of several worlds, for any number of workers.
+    result_of: Callable[[Individual], Result],
+) -> tuple[Result, ...]:
+    """Return a result of a gait in each of several worlds, for any number of workers.
 
-    `evaluate_unseen` describes the arguments.
+    `evaluate_unseen` describes the other arguments. `result_of` is a function of a module, such as
+    `outcome_of`, that takes the gait in a world.
     """
     experiment = individual.experiment
     experiment = replace(experiment, worlds=experiment.worlds.own)
     angles = individual.joint_angles if individual.genome is None else None
-    work = partial(_outcome_in, individual.genome, angles)
-    outcomes: list[Outcome] = []
+    work = partial(_result_in, result_of, individual.genome, angles)
+    outcomes: list[Result] = []
     with Evaluator(experiment, workers) as evaluator:
         step = evaluator.workers * max(1, len(worlds) // (REPORTS * evaluator.workers))
         for start in range(0, len(worlds), step):
@@ -310,13 +314,17 @@ def _check_ranges(experiment: Experiment, ranges: Ranges) -> Ranges:
     return ranges_of(with_overrides(experiment, {"worlds.ranges": lists}))
 
 
-def _outcome_in(
-    genome: Genomes | None, angles: Floats | None, experiment: Experiment, world: World
-) -> Outcome:
+def _result_in(
+    result_of: Callable[[Individual], Result],
+    genome: Genomes | None,
+    angles: Floats | None,
+    experiment: Experiment,
+    world: World,
+) -> Result:
     """Move a genome, or play joint angles, (frames, joints), in a world."""
     moved = in_world(experiment, world)
     played = None if angles is None else play(moved, angles[None])
-    return outcome_of(Individual(moved, math.nan, {}, genome=genome, played=played))
+    return result_of(Individual(moved, math.nan, {}, genome=genome, played=played))
 
 
 def outcome_of(individual: Individual) -> Outcome:
@@ -326,10 +334,10 @@ def outcome_of(individual: Individual) -> Outcome:
     result = score if measured is None else measured.value
     if measured is not None and (failure or not math.isfinite(result)):
         result = 0.0  # as in adaptation, a motion that failed covers no distance
-    return Outcome(result, score, bool(failure) or _fell(individual), failure)
+    return Outcome(result, score, bool(failure) or has_fallen(individual), failure)
 
 
-def _fell(individual: Individual) -> bool:
+def has_fallen(individual: Individual) -> bool:
     """Return whether the body fell, according to its channel `lasted`, s; False without it."""
     channels, motion = individual.experiment.organism.channels, individual.motion
     lasted = channels.get("lasted")

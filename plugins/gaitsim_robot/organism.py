@@ -67,6 +67,7 @@ from gaitsim_robot.simulation import FRAME_RATE, Simulation
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
+HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
 LATE = 0.03  # s, latency of a slow servo and its controller
 
 CHANNELS: Mapping[str, Channel] = {
@@ -467,6 +468,13 @@ class Robot(Organism):
         own = np.array([rhythm.own_speed[0], 0.0, 0.0, 0.0])
         return Controller(rhythm, scalar, states, own, rhythm.limits[0], 1 / FRAME_RATE)
 
+    def blind(self, genomes: Genomes) -> tuple[Organism, Genomes] | None:
+        """Return the robot without reflexes; a drive still moves it."""
+        if not self.reflexes:
+            return None
+        plain = self.model_copy(update={"reflexes": {}, "evolve": ()})
+        return plain, genomes[:, : self._encoding.genes]
+
     def calibrated(self, genome: Genomes) -> Self:
         """Return the robot with the `command_gains` of a gait, measured in its nominal world."""
         plain = self.model_copy(
@@ -521,8 +529,13 @@ class Robot(Organism):
         return robot_conditions(self.friction, servo_latency(self._servo))
 
     def checks(self) -> Sequence[Mapping[str, float]]:
-        """Return worlds with softer contacts, other friction, later, softer and stiffer servos."""
+        """Return worlds with softer contacts, other friction, later, softer and stiffer servos.
+
+        A robot with reflexes must also walk with errors of its servo horns, which turn every gait
+        without reflexes off its course.
+        """
         late = 0.0 if servo_latency(self._servo) >= LATE else LATE
+        horns = ({"joint_offset": HORNS},) if self.reflexes else ()
         return (
             {"grip": 1.0},
             {"friction": 0.4},
@@ -530,6 +543,7 @@ class Robot(Organism):
             {"latency": late},
             {"servo_stiffness": 0.7},
             {"servo_stiffness": 2.0},
+            *horns,
         )
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:

@@ -6,6 +6,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.gait import analyse_individual
+from gaitsim.gait.feedback import Course, FeedbackResults, Walks
 from gaitsim.tui.screens.why import Why
 
 
@@ -59,6 +60,17 @@ async def test_the_screen_shows_whether_the_gait_holds(walk, drive, puppets, mon
         monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: [{"fog": 1.0}])
         driver.app.screen.show_screen("why.Why", windy)
         await driver.until(lambda: "names an invalid check" in displayed_texts(driver.screen))
+
+
+async def test_the_screen_shows_what_reflexes_are_worth(walk, drive, monkeypatch):
+    course = Course(1.0, 0.1, False)
+    results = FeedbackResults(("heading",), *[Walks(course, (course,))] * 2)
+    monkeypatch.setattr("gaitsim.tui.screens.why.compare_blind", lambda one, workers: results)
+    run = walk()
+    async with drive() as driver:
+        driver.app.screen.show_screen("why.Why", run)
+        await driver.until(lambda: "Reflexes: heading." in displayed_texts(driver.screen))
+        assert "with reflexes" in displayed_texts(driver.screen)
 
 
 @pytest.mark.slow

@@ -12,6 +12,7 @@ from gaitsim.evaluation.worlds import describe
 from gaitsim.gait import GaitAnalysis, compare_bodies
 from gaitsim.gait.changed import QuantityPair, engine_of
 from gaitsim.gait.checks import CheckResults
+from gaitsim.gait.feedback import ERROR, FeedbackResults
 from gaitsim.gait.report import quantities
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.gait.sensitivity import Effect
@@ -181,6 +182,29 @@ def check_results(found: CheckResults) -> Passage:
         rows=rows,
         numbers=(measure, "kept"),
         notes=(summary,) if found.holds else depends,
+    )
+
+
+def feedback_results(found: FeedbackResults) -> Passage:
+    """Return how straight a gait walks with inexact servo horns, with and without reflexes."""
+    both = {"with reflexes": found.feeling, "without": found.blind}
+    columns = ("RMS yaw", "kept", "without errors", "falls")
+    rows = tuple(
+        (
+            name,
+            f"{number(math.degrees(one.yaw), 1)}°",
+            format_percent(one.kept),
+            f"{number(one.nominal.forward, 2)} m",
+            f"{one.falls} of {len(one.draws)}",
+        )
+        for name, one in both.items()
+    )
+    return Passage(
+        f"Servo horns {ERROR:g}° off, {len(found.blind.draws)} draws",
+        columns=("", *columns),
+        rows=rows,
+        numbers=columns,
+        notes=(f"Reflexes: {', '.join(found.reflexes)}.",),
     )
 
 

@@ -15,6 +15,7 @@ from gaitsim.evaluation.worlds import has_worlds
 from gaitsim.gait import GaitAnalysis, analyse_individual, play_on_twin
 from gaitsim.gait.changed import has_twin
 from gaitsim.gait.checks import check_gait
+from gaitsim.gait.feedback import compare_blind
 from gaitsim.gait.unseen import evaluate_unseen
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (
@@ -22,6 +23,7 @@ from gaitsim.render.terminal.explanation import (
     check_results,
     compare_with_twin,
     explanation,
+    feedback_results,
     travel_and_stability,
     world_results,
 )
@@ -51,6 +53,7 @@ The terms behind the score of an individual, and its gait.
   one, and the means of their populations.
 - A term dominates if it makes up 60 % of the sum of all absolute terms.
 - Below: the gait's name, signs of exploits, travel, slip and stability.
+- A robot with reflexes: its yaw and distance with servo horns 2° off, with and without reflexes.
 - **Physics** plays the same joint angles on the body's twin in rigid-body physics, if it has one.
 - **Worlds** plays the gait in 100 unseen worlds, if its body has conditions, and shows the
   distance, the falls, and the conditions that reduce the score.
@@ -134,9 +137,14 @@ The terms behind the score of an individual, and its gait.
             scroll.scroll_end(animate=False)
 
     def _check(self, individual: Individual, _: Static) -> tuple[Passage, ...]:
-        """Check whether the gait holds, in a thread."""
-        results = check_gait(individual, workers=_workers(individual))
-        return (check_results(results),) if results else ()
+        """Check whether the gait holds, and what its reflexes are worth, in a thread."""
+        workers = _workers(individual)
+        checks = check_gait(individual, workers=workers)
+        feedback = compare_blind(individual, workers=workers)
+        return (
+            *((check_results(checks),) if checks else ()),
+            *((feedback_results(feedback),) if feedback else ()),
+        )
 
     def _evaluate_worlds(self, individual: Individual, waiting: Static) -> tuple[Passage, ...]:
         """Evaluate in unseen worlds, in a thread, and show the progress."""
