@@ -1,4 +1,4 @@
-"""Gaits for real robots: servo tables, Arduino sketches, bus servos and ROS 2."""
+"""Gaits for real robots: servo tables, C code, Arduino sketches, bus servos and ROS 2."""
 
 import re
 from pathlib import Path
@@ -134,6 +134,27 @@ class Arduino(BusExporter):
         from gaitsim_hardware.arduino import MAX_NAME
 
         return re.sub(r"[^0-9A-Za-z]+", "_", super().file_name(subject))[:MAX_NAME]
+
+
+class C99(Exporter):
+    """A gait with its reflexes as C99, which follows commands on a microcontroller."""
+
+    title: ClassVar[str] = "C code"
+    group: ClassVar[str] = "Files for robots"
+    note: ClassVar[str] = "C99, for gaits with reflexes"
+    suffix: ClassVar[str] = ""
+
+    def check(self, individual: "Individual") -> None:
+        """Check that gaits of the body follow commands."""
+        from gaitsim_hardware.c_code import check_controller
+
+        check_controller(individual)
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the folder with gait.h and gait.c."""
+        from gaitsim_hardware.c_code import export_c
+
+        return export_c(subject.individual, path)
 
 
 class Dynamixel(BusExporter):

@@ -84,7 +84,8 @@ class Pilot:
         self._errors = imu.draw(world, frames, interval)
         self._late = imu.delay / interval
         self._history: list[Floats] = []
-        self._last = np.zeros((len(rhythm), 6))
+        numbers = 6 + len(rhythm.names) + len(rhythm.standing)
+        self._last = np.zeros((len(rhythm), numbers))
         self._invalid = np.zeros(len(rhythm))
         self.command = np.zeros((len(rhythm), len(COMMAND)))
         self.heading = np.zeros(len(rhythm))
@@ -97,7 +98,7 @@ class Pilot:
             target: command of the driver, (population, 4), as `COMMAND`; 0 is to stand.
             truth: what the sensors measure.
         """
-        measured = self._measure(frame, truth)
+        orientation, rates, load, joints = self._measure(frame, truth)
         target = np.where(self._invalid[:, None] > HOLD, 0.0, target)
         share = min(self._interval / SMOOTHING, 1.0)
         self.command += share * (target - self.command)
@@ -105,11 +106,11 @@ class Pilot:
         walking = (target[:, :3] != 0).any(axis=1)
         self.command[~walking & (state.activity == 0), :3] = 0.0
         seen = self.seen = Observation(
-            measured[:, :3],
-            measured[:, 3:],
-            (truth.load > 0).astype(np.float64),
-            truth.load,
-            truth.joints,
+            orientation,
+            rates,
+            (load > 0).astype(np.float64),
+            load,
+            joints,
             self.command,
             self.heading,
             state.phase(rhythm),
@@ -134,21 +135,27 @@ class Pilot:
         self.heading += self.command[:, 1] * state.scale * state.activity * self._interval
         return angles
 
-    def _measure(self, frame: int, truth: Truth) -> Floats:
-        """Return roll, pitch, yaw and rates, (population, 6), with the errors of the IMU."""
+    def _measure(self, frame: int, truth: Truth) -> list[Floats]:
+        """Return orientation, rates, load and joints with the errors of the IMU.
+
+        If any number is invalid, as with a loose wire, all are those of the last valid measurement.
+        """
         true = np.concatenate([truth.orientation, truth.rates], axis=1)
         self._history = [true, *self._history[: int(self._late) + 1]]
-        whole = min(int(self._late), len(self._history) - 1)
-        now, before = self._history[whole], self._history[min(whole + 1, len(self._history) - 1)]
-        measured = self._errors.measure(
-            now + (self._late - int(self._late)) * (before - now), frame
+        whole, share = int(self._late), self._late - int(self._late)
+        measured = self._history[min(whole, len(self._history) - 1)]
+        if share:
+            before = self._history[min(whole + 1, len(self._history) - 1)]
+            measured = measured + share * (before - measured)
+        felt = np.concatenate(
+            [self._errors.measure(measured, frame), truth.load, truth.joints], axis=1
         )
-        valid = np.isfinite(measured).all(axis=1)
+        valid = np.isfinite(felt).all(axis=1)
         if not valid.all():
-            measured[~valid] = self._last[~valid]
+            felt[~valid] = self._last[~valid]
         self._invalid = np.where(valid, 0.0, self._invalid + self._interval)
-        self._last = measured
-        return measured
+        self._last = felt
+        return np.split(felt, [3, 6, 6 + truth.load.shape[1]], axis=1)
 
     def select(self, individuals: NDArray[Any]) -> None:
         """Keep some individuals, such as those that have not fallen."""
