@@ -24,7 +24,7 @@ TrainingPreset = Literal["source", "steady"]
 STEERING_KEYS = ("up", "down", "left", "right", "space", "a", "d", "w", "s", "x")
 """Keys that a command of a steered body may use; the steering screen does not use the letters."""
 
-STEERING_PRESETS = ("fly-steer-hover",)
+STEERING_PRESETS = ("fly-steer-hover", "hexapod", "quadruped", "spider-physics")
 """Presets that menus offer for steering; the first one is the default."""
 
 DAMAGE_HELP = (

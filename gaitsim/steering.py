@@ -39,6 +39,7 @@ PATH_RATE = 10.0  # rate at which points of the path are kept, Hz
 MOST_PATH_POINTS = 6000  # points of the path, at most
 MOST_CATCH_UP = 1.0  # seconds simulated at once, at most; a longer gap counts as a pause
 SPEED_WINDOW = 0.25  # seconds over which speeds are averaged
+RECORDED = "recorded drive"  # for messages
 DRIVEN = "-drive"  # end of the names of recorded drives
 SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
@@ -211,7 +212,7 @@ class Drive:
 
     def __init__(self, experiment: Experiment, controllers: Mapping[str, Genomes]) -> None:
         self.experiment = experiment
-        self._organism, self._entry = experiment.organism, experiment.entries["organism"]
+        self._entry = experiment.entries["organism"]
         self._controllers = controllers
         self.commands = commands_of(experiment)
         self.holds = tuple(controllers) == tuple(command.name for command in self.commands)
@@ -220,7 +221,7 @@ class Drive:
     def restart(self) -> None:
         """Restart the simulation."""
         with plugin_errors(self._entry, "preparing to be steered"):
-            steered: object = self._organism.steer(self._controllers)
+            steered: object = self.experiment.organism.steer(self._controllers)
         if not isinstance(steered, Steered):
             raise contract_error(
                 self._entry, f"returned a {type(steered).__name__} from steer()", "a Steered"
@@ -232,9 +233,12 @@ class Drive:
                 self._entry, f"has the frame rate {self.frame_rate:g}", "a finite one above 0 Hz"
             )
         self._steered = steered
+        self._organism = self.experiment.organism
+        if options := self._options():  # the body that repeats the drive also draws it
+            self._organism = with_overrides(self.experiment, _keys(options), RECORDED).organism
         self.command = self.commands[0]
         self.given = 0
-        self._feet: tuple[NDArray[Any], NDArray[Any]] | None = None
+        self._last: Skeleton | None = None
         self.ending = ""
         self.shares: NDArray[np.float64] | None = None
         self.saved: Path | None = None
@@ -287,11 +291,7 @@ class Drive:
             self._centres.append(np.asarray(skeleton.path[frame], dtype=np.float64))
             if (self._frames + frame) % every == 0:
                 self._path.append(self._centres[-1])
-        self._feet = (
-            None
-            if skeleton.contacts is None or skeleton.touching is None
-            else (skeleton.contacts[-1:], skeleton.touching[-1:])
-        )
+        self._last = skeleton
         self._frames += flown
         self.saved = None
         if SHARES in motion and flown:
@@ -319,24 +319,29 @@ class Drive:
     @property
     def skeleton(self) -> Skeleton:
         """The body over the last three seconds; the last frame is the current one."""
-        first, frames = self._first, len(self._latest)
-        assert first is not None, "a frame is simulated at the start"
-        contacts, touching = self._feet or (None, None)
+        last, frames = self._last, len(self._latest)
+        assert last is not None, "a frame is simulated at the start"
+
+        def held(values: NDArray[Any] | None) -> NDArray[Any] | None:
+            return None if values is None else np.repeat(values[-1:], frames, axis=0)
+
         return replace(
-            first,
+            last,
             segments=np.stack(self._latest),
             centre=np.stack(self._centres),
-            contacts=None if contacts is None else np.repeat(contacts, frames, axis=0),
-            touching=None if touching is None else np.repeat(touching, frames, axis=0),
+            contacts=held(last.contacts),
+            touching=held(last.touching),
             solids=(),
             poses=None,
-            damaged=tuple(name for name in first.damaged if name in first.names),
+            damaged=tuple(
+                name for name in last.damaged if name in (*last.names, *last.contact_names)
+            ),
         )
 
     @property
     def flies(self) -> bool:
         """Whether the body has no feet."""
-        return self._feet is None
+        return self._last is None or self._last.contacts is None
 
     @property
     def facts(self) -> dict[str, str]:
@@ -455,9 +460,9 @@ def save_drive(
             "name": name,
             "description": f"a drive of {seconds:.1f} s, recorded by 'gaitsim steer'",
             "search.plugin": "random",
-            **{f"organism.{option}": value for option, value in options.items()},
+            **_keys(options),
         },
-        "recorded drive",
+        RECORDED,
     )
     genomes = np.stack([genome, genome])
     evaluation = evaluate(driven, genomes, 1)
@@ -471,6 +476,11 @@ def save_drive(
         for _ in writer.evolve(lambda *_: evaluation):
             pass
     return path
+
+
+def _keys(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Return options of a body by key."""
+    return {f"organism.{name}": value for name, value in options.items()}
 
 
 def _until_ground(skeleton: Skeleton) -> int:

@@ -135,7 +135,7 @@ class SteeredCart(Steered):
         return f"The speed is clipped to {self.limit:g} m/s." if self.clipped else ""
 
     def drive(self):
-        return {"drive": list(self.events), "duration": len(self.places) / RATE}
+        return {"drive": list(self.events), "duration": max(len(self.places), 1) / RATE}
 
 
 def motion(places, failures):

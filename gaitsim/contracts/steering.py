@@ -90,8 +90,9 @@ class Steered(ABC):
     def drive(self) -> Mapping[str, Any]:
         """Return the options of the body that make `Organism.move` repeat this drive bit for bit.
 
-        For example, `{"drive": [...], "duration": 12.5}`. The genome to move is that of the body's
-        only controller. The default {} means that drives cannot be recorded.
+        For example, `{"drive": [...], "duration": 12.5}`. They are valid from the start on, and a
+        body with them draws the drive. The genome to move is that of the body's only controller.
+        The default {} means that drives cannot be recorded.
         """
         return {}
 

@@ -57,12 +57,14 @@ class Imu:
         """
         rng = condition_rng(world, "sensors")
         scale, bias = standard_normal(rng, 1), standard_normal(rng, 3)
-        tilt = self.tilt * standard_normal(rng, (frames, 2))
+        # Errors of one step after another, so that a longer motion begins with the same errors.
+        drawn = standard_normal(rng, (frames, 8))
+        tilt = self.tilt * drawn[:, :2]
         wander = self.temperature * WARMING / math.sqrt(60 / interval)
         noise = self.gyro_noise / math.sqrt(max(interval, 1 / self.rate))
         rates = self.gyro_noise / math.sqrt(CALIBRATION) * bias
-        rates = rates + np.cumsum(wander * standard_normal(rng, (frames, 3)), axis=0)
-        rates += noise * standard_normal(rng, (frames, 3))
+        rates = rates + np.cumsum(wander * drawn[:, 2:5], axis=0)
+        rates += noise * drawn[:, 5:]
         yaw = np.cumsum(rates[:, 2:] * interval, axis=0)
         errors = np.concatenate([tilt, yaw, rates], axis=1)
         return ImuErrors(1 + self.scale * float(scale[0]), np.radians(errors))

@@ -48,8 +48,9 @@ def commands_at(
     # Without the 1e-9, rounding errors would delay some commands by a step.
     sent = np.floor(moments / period + 1e-9) * period
     whole = sent.astype(np.intp)
-    before = np.maximum(whole - origin, 0)
-    after = np.minimum(before + 1, commands.shape[-2] - 1)
+    last = commands.shape[-2] - 1
+    before = np.clip(whole - origin, 0, last)
+    after = np.minimum(before + 1, last)
     share = (sent - whole)[:, None]
     return _interpolate(commands[..., before, :], commands[..., after, :], share)
 

@@ -75,6 +75,12 @@ class Steer(Action):
 
     gaitsim steer
 
+    gaitsim steer hexapod
+
+    gaitsim steer runs/hexapod --set organism.world.unevenness=0.01
+
+    gaitsim steer quadruped --record runs/square
+
     gaitsim steer fly-steer-hover --controller climb=runs/fly-steer-climb
 
     gaitsim steer --out fly.html
@@ -119,7 +125,7 @@ class Steer(Action):
         if self.record is not None and self.out is not None:
             raise not_combinable("--record", "--out")
         if self.out is None:
-            check_terminal("write a web page instead: gaitsim steer --out fly.html")
+            check_terminal("for the fly, write a web page instead: gaitsim steer --out fly.html")
         with status("Preparing the body …"):
             experiment, controllers = self._subject()
             drive = None if self.out is not None else Drive(experiment, controllers)

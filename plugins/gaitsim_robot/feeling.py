@@ -157,6 +157,11 @@ class Pilot:
         self._last = felt
         return np.split(felt, [3, 6, 6 + truth.load.shape[1]], axis=1)
 
+    @property
+    def scale(self) -> float:
+        """Smallest factor by which strokes that are too long were shortened in the last frame."""
+        return float(self._state.scale.min())
+
     def select(self, individuals: NDArray[Any]) -> None:
         """Keep some individuals, such as those that have not fallen."""
         self.rhythm = self.rhythm.select(individuals)

@@ -13,6 +13,7 @@ from gaitsim.contracts import (
     Array,
     BodyFile,
     Channel,
+    Command,
     Condition,
     Controller,
     Facts,
@@ -23,6 +24,7 @@ from gaitsim.contracts import (
     RealSpace,
     Rig,
     Skeleton,
+    Steered,
     check_world,
     folder_of,
     option,
@@ -68,6 +70,7 @@ from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
 HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
+DRIVEN = 60.0  # s, walk for which uneven ground is large enough under a driver, for any duration
 LATE = 0.03  # s, latency of a slow servo and its controller
 
 CHANNELS: Mapping[str, Channel] = {
@@ -195,7 +198,7 @@ class Robot(Organism):
         ge=-180,
         le=180,
     )
-    duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=60)
+    duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=600)
     feet: tuple[str, ...] = option(
         (), "names of the links at the ends of the legs; by default, gaitsim finds the legs"
     )
@@ -337,7 +340,7 @@ class Robot(Organism):
         return load_simulation(
             (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
             tuple(sorted(world.items())),
-            self.duration,
+            DRIVEN if self.drive else self.duration,
         )
 
     @property
@@ -516,6 +519,44 @@ class Robot(Organism):
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """Return the joints of each leg by its name: L1, R1 …, or M1 … in the middle."""
         return {leg.name: leg.joints for leg in self.anatomy.legs}
+
+    def commands(self) -> tuple[Command, ...]:
+        """Return the commands of a driver: to stop, walk, turn, and be pushed."""
+        from gaitsim_robot.steering import COMMANDS
+
+        return COMMANDS
+
+    def controller_names(self) -> tuple[str, ...]:
+        """Return the only controller: a gait, which any individual is."""
+        return ("gait",)
+
+    def controllers(self) -> Mapping[str, Genomes]:
+        """Return the first gait made by hand."""
+        return {"gait": next(iter(self.starts().values()))}
+
+    def steer(self, controllers: Mapping[str, Genomes]) -> Steered:
+        """Return the standing robot, which obeys a driver; its command gains are measured."""
+        from gaitsim_robot.steering import LONGEST, STANDING, SteeredRobot
+
+        if self.engine != "mujoco":
+            raise GaitsimError(
+                "robots are steered in MuJoCo only",
+                key="organism.engine",
+                allowed="mujoco",
+                remedy="steer with --set organism.engine=mujoco; the recorded drive can be played "
+                "in another engine with --engine",
+            )
+        genome, genes = controllers["gait"], self.genome_space().genes
+        if np.shape(genome) != (genes,):
+            raise GaitsimError(f"the gait has shape {np.shape(genome)}, expected ({genes},)")
+        own = self.calibrated(genome)
+        # The moment of the world's own push would depend on the length of the drive.
+        world = {name: value for name, value in self.world.items() if name != "push"}
+        changes = {"drive": (STANDING,), "duration": LONGEST, "world": world}
+        driven = own.model_copy(update=changes)
+        framed = {name for name, one in driven.channels.items() if one.axes[:1] == ("frames",)}
+        options = {"command_gains": [*own.command_gains], "world": world}
+        return SteeredRobot(driven.simulation, driven.pilot(genome[None]), framed, options)
 
     def _walk(self, angles: Array, frequency: Array) -> Motion:
         from gaitsim_robot import bullet, rollout

@@ -41,7 +41,8 @@ NOT_RUN = {
 
 ENDLESS = {
     r"^gaitsim tui": ("gaitsim", "\x11"),
-    r"^gaitsim steer(?!.*--out)": ("hover", "\x11"),
+    r"^gaitsim steer$|^gaitsim steer fly": ("hover", "\x11"),
+    r"^gaitsim steer (?!.*--out)": ("faster", "\x11"),
     r"^gaitsim serve": ("http://", ""),
     r"^gaitsim attach": ("generation", ""),
     r"^gaitsim adapt.*--interactive": ("Enter to quit", "\n"),
