@@ -422,18 +422,18 @@ class Robot(Organism):
 
     def _feel(self, genomes: Genomes) -> Motion:
         """Simulate robots whose gaits change by what they feel, and by commands."""
+        pilot = self.pilot(genomes)
         target = np.zeros((len(genomes), self.frames, len(COMMAND)))
         if self.drive:
             target[:] = targets(self.drive, self.frames, FRAME_RATE)
         else:
-            target[..., 0] = self.pilot(genomes).rhythm.own_speed[:, None]
-        return self._driven(genomes, target, pushes(self.drive, FRAME_RATE))
+            target[..., 0] = pilot.rhythm.own_speed[:, None]
+        return self._driven(pilot, target, pushes(self.drive, FRAME_RATE))
 
-    def _driven(self, genomes: Genomes, target: Array, pushed: Pushes) -> Motion:
+    def _driven(self, pilot: Pilot, target: Array, pushed: Pushes) -> Motion:
         """Simulate robots with commands in each frame, (population, frames, 4), and pushes."""
         from gaitsim_robot import bullet, rollout
 
-        pilot = self.pilot(genomes)
         frequency = pilot.rhythm.frequency
         simulate = {"mujoco": rollout.feel_out, "bullet": bullet.feel_out}[self.engine]
         record, feelings = simulate(self.simulation, pilot, target, pushed)
@@ -489,7 +489,7 @@ class Robot(Organism):
         tests[0, 0] = rhythm.own_speed[0]
         target = np.zeros((3, plain.frames, len(COMMAND)))
         target[..., :3] = tests[:, None]
-        motion = plain._driven(np.tile(genes, (3, 1)), target, {})
+        motion = plain._driven(plain.pilot(np.tile(genes, (3, 1))), target, {})
         return self.model_copy(update={"command_gains": true_shares(motion, tests)})
 
     def play(self, joint_angles: Array) -> Motion:

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import COMMAND, Motion
-from gaitsim.contracts.quaternions import rotated
-from gaitsim.legged import STRIDE_FREQUENCY, commands_at
+from gaitsim.contracts.quaternions import product, rotated
+from gaitsim.legged import STRIDE_FREQUENCY, commands_at, downward
 from gaitsim.portable import arcsin, arctan2, norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.drives import Pushes
@@ -262,6 +262,13 @@ def feel_out(
     return record, walk.feelings
 
 
+def upright_turn(down: Floats) -> Floats:
+    """Return the smallest rotation that turns a direction, (3,), to −z, as a quaternion, (4,)."""
+    x, y, z = down
+    found = np.array([1.0 - z, -y, x, 0.0])
+    return np.asarray(found / norm(found))
+
+
 class LockStep:
     """Robots that walk in lock step: in each frame, all of them feel, and then move.
 
@@ -275,7 +282,10 @@ class LockStep:
         self._simulation, self._pilot, self._target = simulation, pilot, target
         self.mover = mover
         self._load = np.full((population, len(simulation.load)), 1 / len(simulation.load))
-        self._yaw = np.zeros(population)
+        # An IMU feels gravity, which slopes tilt.
+        self._level = upright_turn(downward(simulation.world))
+        self._first = tilt_and_yaw(self._level)[2]
+        self._yaw = np.full(population, self._first)
         # A delayed command may come from so many frames before.
         self._memory = math.ceil(simulation.latency * FRAME_RATE)
         self._memory += math.ceil(FRAME_RATE / simulation.command_rate) + 1
@@ -308,9 +318,10 @@ class LockStep:
         simulation, pilot, felt = self._simulation, self._pilot, self.feelings
         nq, state = simulation.model.nq, self.mover.state
         qpos, spin = state[:, 1 : 1 + nq], state[:, 4 + nq : 7 + nq]
-        turned = orientation(simulation.turn(qpos[:, None, 3:7]))[:, 0]
+        turned = tilt_and_yaw(product(self._level, simulation.turn(qpos[:, 3:7])))
         turned[:, 2] -= TURN * np.rint((turned[:, 2] - self._yaw) / TURN)
-        self._yaw = turned[:, 2]
+        self._yaw = turned[:, 2].copy()
+        turned[:, 2] -= self._first
         truth = Truth(
             turned,
             rotated(simulation.anatomy.stance[3:7], spin),
@@ -529,11 +540,20 @@ def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:
 def orientation(turn: Floats) -> Floats:
     """Return roll, pitch and yaw relative to the standing pose, (population, frames, 3) rad.
 
-    Positive roll is to the right, positive pitch nose down, and positive yaw to the left. Yaw is
-    continuous over whole turns.
+    Yaw is continuous over whole turns.
     """
-    w, x, y, z = np.moveaxis(turn, -1, 0)
+    found = tilt_and_yaw(turn)
+    found[..., 2] = np.unwrap(found[..., 2], axis=1)
+    return found
+
+
+def tilt_and_yaw(turn: Floats) -> Floats:
+    """Return roll, pitch and yaw of rotations of the trunk, (…, 4), in (…, 3) rad.
+
+    Positive roll is to the right, positive pitch nose down, and positive yaw to the left.
+    """
+    w, x, y, z = turn[..., 0], turn[..., 1], turn[..., 2], turn[..., 3]
     roll = arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
     pitch = arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0))
-    yaw = np.unwrap(arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)), axis=1)
+    yaw = arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
     return np.stack([roll, pitch, yaw], axis=-1)

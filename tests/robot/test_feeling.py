@@ -135,3 +135,10 @@ def test_bullet_feels_too():
     motion = body.move(genomes)
     assert turned(motion)[0] < 6
     np.testing.assert_array_equal(body.move(genomes[1:])["torso"][0], motion["torso"][1])
+
+
+def test_a_slope_is_felt_as_tilt():
+    world = {"slope": 6.0, "side_slope": -4.0}
+    body = robot(duration=0.5, world=world, sensors=["ideal"], reflexes={"heading": OFF})
+    felt = np.degrees(body.move(start(body))["measured_orientation"][0, 0])
+    np.testing.assert_allclose(felt, [-4.0, -6.0, 0.0], atol=0.3)
