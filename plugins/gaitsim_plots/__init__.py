@@ -257,3 +257,11 @@ class StabilityPlot(WindowedPlot):
     title: ClassVar[str] = "Stability margin"
     function: ClassVar[str] = "gaitsim_plots.feet:stability_figure"
     needs: ClassVar[str] = "gaitsim_plots.feet:contacts_of"
+
+
+class FeedbackPlot(WindowedPlot):
+    """Commands, the changes of reflexes, and the yaw over time."""
+
+    title: ClassVar[str] = "Commands and reflexes"
+    function: ClassVar[str] = "gaitsim_plots.feedback:feedback_figure"
+    needs: ClassVar[str] = "gaitsim_plots.feedback:require_feeling"

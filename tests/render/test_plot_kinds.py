@@ -16,7 +16,8 @@ import gaitsim as gs
 from gaitsim.actions.plot import file_stem
 from gaitsim.contracts import Channel, Motion, Skeleton, Subject
 from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
-from gaitsim.experiment import load_atlas
+from gaitsim.experiment import load_atlas, load_experiment
+from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
@@ -77,6 +78,15 @@ def lines(axes):
     return [line for line in axes.lines if len(line.get_xdata()) > 2]
 
 
+def robot_request(**options):
+    """Return a request for a robot with other options, without a run."""
+    trot = load_experiment("quadruped", {"organism.duration": 3.0, **options})
+    return Request(None, (Individual(trot, 0.0, {}, 1, trot.starts()["trot"]),))
+
+
+DRIVE = [{"at": 0.0, "speed": 0.2, "turn": 20.0}, {"at": 2.0, "sideways": 0.05}]
+
+
 @pytest.fixture
 def flier(puppet_run, puppets, monkeypatch):
     """A run of puppets that fly in two trials, without joints and feet."""
@@ -122,6 +132,9 @@ def drawn(spider_run, bundled):
     """A function that draws a kind of plot for a run that has the data."""
 
     def drawing(kind, **more):
+        if kind == "feedback":
+            feeling = {"organism.reflexes": {"heading": {}}, "organism.drive": DRIVE}
+            return draw(kind, robot_request(**feeling).but(**more))
         runs = {"phase": "millipede", "front": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
@@ -507,6 +520,39 @@ def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
     written = texts(draw("stability", request_for(spider_run)))
     assert "least: −5.0 mm" in written
     assert "unsupported: 15% of the time" in written
+
+
+def test_commands_changes_of_reflexes_and_yaw_are_drawn_in_degrees():
+    feeling = robot_request(**{"organism.reflexes": {"heading": {}}, "organism.drive": DRIVE})
+    motion = feeling.individual.motion
+    frames = round(feeling.individual.measures["lasted"] * motion.frame_rate) + 1
+    speed, turn, sideways, yaw = draw("feedback", feeling).axes
+    assert [one.get_ylabel() for one in (speed, turn, sideways, yaw)] == [
+        *("speed (m/s)", "turn (°/s)", "sideways (m/s)", "yaw (°)")
+    ]
+    for axes, channels in (
+        (turn, [motion["command"][0, :, 1], motion["changed_command"][0, :, 1]]),
+        (
+            yaw,
+            [
+                motion["measured_orientation"][0, :, 2],
+                motion["orientation"][0, :, 2],
+                motion["commanded_heading"][0],
+            ],
+        ),
+    ):
+        for line, channel in zip(lines(axes), channels, strict=True):
+            assert np.allclose(line.get_ydata(), np.degrees(channel[:frames]))
+    part = draw("feedback", feeling.but(window=(1.0, 2.0))).axes[0]
+    assert part.get_xlim() == (1.0, 2.0)
+
+
+def test_a_robot_that_is_only_driven_has_the_plot_and_a_blind_one_does_not():
+    request = robot_request(**{"organism.drive": DRIVE[:1]})
+    assert len(draw("feedback", request).axes) == 3
+    with pytest.raises(NothingToPlotError, match="neither feels nor is driven") as error:
+        draw("feedback", robot_request())
+    assert "reflexes" in error.value.allowed
 
 
 def test_the_path_is_drawn_at_one_scale_with_separate_bodies(spider_run):

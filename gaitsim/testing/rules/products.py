@@ -1,10 +1,10 @@
 """Rules for plots and exporters, which are tried on small runs."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import get_args
+from typing import Any, get_args
 
 from gaitsim.contracts.product import Exporter, Input, Plot, Product, Subject
 from gaitsim.errors import GaitsimError
@@ -12,8 +12,14 @@ from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.testing.report import Finding, advice, error
 
-SAMPLES = ("spider", "spider-atlas", "spider-front")
-"""Presets of the runs on which products are tried, the first that has the data."""
+FEELING = {"organism.reflexes": {"heading": {}}, "organism.duration": 2.0}
+SAMPLES: Mapping[str, Mapping[str, Any]] = {
+    "spider": {},
+    "spider-atlas": {},
+    "spider-front": {},
+    "hexapod": FEELING,
+}
+"""Presets, with options, of the runs on which products are tried, the first that has the data."""
 
 
 def product_rules(product: Product) -> Iterator[Finding]:
@@ -77,13 +83,19 @@ def _sample(product: Product) -> Iterator[Subject | None]:
     from gaitsim.api import evolve
 
     with TemporaryDirectory() as folder:
-        for preset in SAMPLES:
+        for preset, options in SAMPLES.items():
             if preset not in entries(EXPERIMENTS):
                 continue
             for seed in (1, 0):  # the first one repeats the second one
                 path = Path(folder) / f"{preset}-{seed}"
                 with evolve(
-                    preset, generations=2, population=24, seed=seed, workers=1, out=path
+                    preset,
+                    generations=2,
+                    population=24,
+                    seed=seed,
+                    set=options,
+                    workers=1,
+                    out=path,
                 ) as search:
                     for _ in search:
                         pass
