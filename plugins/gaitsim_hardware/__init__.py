@@ -129,6 +129,20 @@ class Arduino(BusExporter):
     suffix: ClassVar[str] = ""
     format: ClassVar[str] = "arduino"
 
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the folder, or the calibration template."""
+        from gaitsim_hardware.exporting import export_controller, feels
+
+        if self.calibration_template is not None or not feels(subject.individual):
+            return super().write(subject, path)
+        if unused := {"keyframe_ms", "speed"} & self.model_dump(exclude_unset=True).keys():
+            raise GaitsimError(
+                f"a gait with reflexes or a drive has no {' or '.join(sorted(unused))}",
+                where="--format arduino",
+                remedy="omit it: the sketch computes the gait from commands",
+            )
+        return export_controller(subject.individual, path, self.calibration, clip=self.clip)
+
     def file_name(self, subject: Subject) -> str:
         """Return the default name of the folder, which is also the name of the sketch."""
         from gaitsim_hardware.arduino import MAX_NAME

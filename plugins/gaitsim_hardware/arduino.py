@@ -1,15 +1,16 @@
 """Gaits as Arduino sketches for hobby servos on PCA9685 boards."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.gait_files import check_parent
+from gaitsim.contracts import Controller
+from gaitsim.errors import GaitsimError
 from gaitsim.runs.files.atomic import write_bytes, writing
+from gaitsim_hardware.c_code import as_comment, c_code, filled, make_folder
 from gaitsim_hardware.calibration import Calibration
 from gaitsim_hardware.keyframes import DECIMALS, Keyframes, range_error
 
@@ -41,23 +42,34 @@ const uint16_t GAIT[KEYFRAMES][JOINTS] PROGMEM = {{
 {rows}
 }};
 """
+_SERVOS = """\
+// The servos of {name}.ino. Written by gaitsim.
+#pragma once
+#include <Arduino.h>
+
+const uint8_t BOARDS = {boards};
+
+// Joints: {names}
+const uint8_t SERVO_BOARD[] = {{{board}}};
+const uint8_t SERVO_CHANNEL[] = {{{channel}}};
+const float ZERO_US[] = {{{zero}}};  // pulse for a joint angle of 0
+const float US_PER_RADIAN[] = {{{slope}}};
+const uint16_t LOWEST[] = {{{lowest}}};  // us
+const uint16_t HIGHEST[] = {{{highest}}};
+"""
 
 
 @dataclass(frozen=True)
 class Sketch:
-    """The two files of a sketch.
+    """The files of a sketch.
 
     Attributes:
-        name: name of the sketch, its folder and its .ino file.
-        program: text of the .ino file.
-        header: text of gait.h.
+        files: text of each file by name.
         flash: size of the gait in flash, bytes.
         boards: number of PCA9685 boards.
     """
 
-    name: str
-    program: str
-    header: str
+    files: Mapping[str, str]
     flash: int
     boards: int
 
@@ -83,7 +95,7 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
         )
     if joints > MAX_JOINTS:
         raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {MAX_JOINTS}")
-    _check_standing(keyframes, calibration)
+    check_standing(np.round(keyframes.standing, DECIMALS), calibration)
     servos = [*calibration.joints.values()]
     boards = 1 + max(servo.board for servo in servos)
     looped = keyframes.loop_from is not None
@@ -95,7 +107,7 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
         loop=keyframes.loop_from if looped else "KEYFRAMES",
         loop_comment="" if looped else ": none, the gait is played once",
         interval=round(keyframes.interval * 1e6),
-        names=", ".join(_escape_comment(name) for name in keyframes.joint_names),
+        names=", ".join(as_comment(name) for name in keyframes.joint_names),
         board=_join([servo.board for servo in servos]),
         channel=_join([servo.channel for servo in servos]),
         standing=_join(_rounded(calibration.pulses(keyframes.standing))),
@@ -107,31 +119,60 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
             f"  {{{_join(row)}}}," for row in _rounded(calibration.pulses(keyframes.degrees))
         ),
     )
-    addresses = [f"0x{0x40 + board:02x}" for board in range(boards)]
-    program = (files("gaitsim_hardware") / "sketch.ino").read_text(encoding="utf-8")
-    text = f"PCA9685 board{'s' * (boards > 1)} {', '.join(addresses)}"
-    drivers = [f"  Adafruit_PWMServoDriver({address})," for address in addresses]
-    for placeholder, value in (
-        ("@BOARDS_TEXT@", text),
-        ("@BOARDS@", "\n".join(drivers)),
-        ("@TITLE@", _escape_comment(title)),  # last, as a title may contain other placeholders
-    ):
-        program = program.replace(placeholder, value)
-    return Sketch(name, program, header, flash, boards)
+    program = filled("sketch.ino", {**_board_texts(boards), "TITLE": as_comment(title)})
+    return Sketch({f"{name}.ino": program, "gait.h": header}, flash, boards)
+
+
+def create_controller_sketch(
+    controller: Controller, calibration: Calibration, name: str, title: str
+) -> Sketch:
+    """Create a sketch that walks as it is told, with reflexes.
+
+    Args:
+        controller: rhythm and reflexes of the gait.
+        calibration: calibration of its joints, each with a channel.
+        name: name of the sketch.
+        title: title of the gait, one line.
+    """
+    rhythm, servos = controller.rhythm, [*calibration.joints.values()]
+    code = c_code(controller, title)
+    boards = 1 + max(servo.board for servo in servos)
+    zero = calibration.pulses(calibration.servo_angles(0 * rhythm.standing))
+    one = calibration.pulses(calibration.servo_angles(0 * rhythm.standing + 1))
+    header = _SERVOS.format(
+        name=name,
+        boards=boards,
+        names=", ".join(map(as_comment, rhythm.joint_names)),
+        board=_join([servo.board for servo in servos]),
+        channel=_join([servo.channel for servo in servos]),
+        zero=_join(np.round(zero, 2)),
+        slope=_join(np.round(one - zero, 2)),
+        lowest=_join(_rounded(calibration.pulses(calibration.low))),
+        highest=_join(_rounded(calibration.pulses(calibration.high))),
+    )
+    texts = {
+        **_board_texts(boards),
+        "LEGS_TEXT": ", ".join(map(as_comment, rhythm.names)),
+        "PINS": _join([-1] * len(rhythm.names)),
+        "TITLE": as_comment(title),
+    }
+    texts = {
+        f"{name}.ino": filled("controller.ino", texts),
+        "servos.h": header,
+        "gait.h": code.header,
+        "gait.c": code.source,
+    }
+    return Sketch(texts, code.tables, boards)
 
 
 def write_sketch(sketch: Sketch, folder: Path) -> None:
-    """Write the two files of a sketch to a folder, and replace the files of an earlier sketch."""
-    check_parent(folder)
-    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise RunError(
-            f"cannot write {folder}: it is not a folder",
-            remedy="choose a different folder with --out",
-        )
-    with writing(folder):
-        folder.mkdir(exist_ok=True)
-    write_bytes(folder / "gait.h", sketch.header.encode(), follow=False)
-    write_bytes(folder / f"{sketch.name}.ino", sketch.program.encode(), follow=False)
+    """Write the files of a sketch to a folder, and replace the files of an earlier sketch."""
+    make_folder(folder)
+    for name, text in sketch.files.items():
+        write_bytes(folder / name, text.encode(), follow=False)
+    for name in {"gait.c", "servos.h"} - {*sketch.files}:
+        with writing(folder / name):
+            (folder / name).unlink(missing_ok=True)  # Arduino compiles all files of the folder
 
 
 def sketch_name(folder: Path) -> str:
@@ -149,13 +190,21 @@ def sketch_name(folder: Path) -> str:
     return name
 
 
-def _check_standing(keyframes: Keyframes, calibration: Calibration) -> None:
+def check_standing(degrees: NDArray[np.float64], calibration: Calibration) -> None:
     """Raise an error if the standing pose, in which a sketch starts, is beyond the limits."""
-    standing = np.round(keyframes.standing, DECIMALS)
-    excess = calibration.excess(standing)
+    excess = calibration.excess(degrees)
     joint = int(excess.argmax())
     if excess[joint] > 0:
-        raise range_error(calibration, joint, standing[joint], "in the standing pose")
+        raise range_error(calibration, joint, degrees[joint], "in the standing pose")
+
+
+def _board_texts(boards: int) -> dict[str, str]:
+    """Return the placeholders of a sketch for its boards."""
+    addresses = [f"0x{0x40 + board:02x}" for board in range(boards)]
+    return {
+        "BOARDS_TEXT": f"PCA9685 board{'s' * (boards > 1)} {', '.join(addresses)}",
+        "BOARDS": "\n".join(f"  Adafruit_PWMServoDriver({address})," for address in addresses),
+    }
 
 
 def _ramp_speeds(calibration: Calibration) -> NDArray[np.float64]:
@@ -171,8 +220,3 @@ def _rounded(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def _join(values: object) -> str:
     return ", ".join(str(value) for value in np.asarray(values).tolist())
-
-
-def _escape_comment(text: str) -> str:
-    """Replace the characters of a text that could end its comment."""
-    return "".join(char if char.isprintable() and char != "\\" else "?" for char in text)

@@ -91,6 +91,11 @@ def _no_controller(individual: Individual) -> GaitsimError:
     )
 
 
+def needs_of(controller: Controller) -> set[str]:
+    """Return the names of the observations that the reflexes need."""
+    return {need for reflex in controller.reflexes.values() for need in reflex.needs}
+
+
 def export_c(individual: Individual, folder: Path) -> Exported:
     """Write a gait with its reflexes as C99 to a folder."""
     controller = controller_of(individual)
@@ -117,7 +122,7 @@ def c_code(controller: Controller, title: str) -> CCode:
         _ReflexCode(number, name, reflex, _first(controller.states[name]))
         for number, (name, reflex) in enumerate(controller.reflexes.items(), 1)
     ]
-    needs = {need for reflex in controller.reflexes.values() for need in reflex.needs}
+    needs = needs_of(controller)
     strings = "".join(f"    {_string(name)},\n" for name in rhythm.joint_names)
     tables = [*_tables(controller)]
     header = {
@@ -161,8 +166,8 @@ def c_code(controller: Controller, title: str) -> CCode:
     size = sum(values.size * (FLOAT if kind == "float" else DOUBLE) for kind, _, values in tables)
     names = ", ".join(controller.reflexes) or "none"
     return CCode(
-        _filled("gait.h", header),
-        _filled("gait.c", source),
+        filled("gait.h", header),
+        filled("gait.c", source),
         size,
         numbers * DOUBLE,
         f"{joints} joints, {legs} legs, reflexes: {names}; {size / 1000:.1f} kB of tables, "
@@ -190,8 +195,8 @@ def as_comment(text: str) -> str:
     return "".join(char if char.isprintable() and char not in "\\?*" else "_" for char in text)
 
 
-def _filled(resource: str, values: Mapping[str, str]) -> str:
-    """Return a template with its placeholders filled in, in one pass."""
+def filled(resource: str, values: Mapping[str, str]) -> str:
+    """Return a template of the package with its placeholders filled in, in one pass."""
     text = (files("gaitsim_hardware") / resource).read_text(encoding="utf-8")
     text = re.sub(r"@([A-Z_]+)@", lambda found: values[found[1]], text)
     return re.sub(r"\n{3,}", "\n\n", text)

@@ -8,7 +8,16 @@ from gaitsim.contracts import Exported
 from gaitsim.gait.gait_files import Gait, gait_of
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
-from gaitsim_hardware.arduino import FLASH, Sketch, create_sketch, sketch_name, write_sketch
+from gaitsim_hardware.arduino import (
+    FLASH,
+    Sketch,
+    check_standing,
+    create_controller_sketch,
+    create_sketch,
+    sketch_name,
+    write_sketch,
+)
+from gaitsim_hardware.c_code import controller_of, needs_of
 from gaitsim_hardware.calibration import Calibration, default_calibration
 from gaitsim_hardware.calibration_file import read_calibration, write_template
 from gaitsim_hardware.keyframes import (
@@ -82,12 +91,60 @@ def export_keyframes(
         summary = _write_sketch(sketch, path, keyframes, loop, speed)
     else:
         summary = _write_table(keyframes, calibration, format, path)
-    clipped = (
+    notices = (assumed, _clipped(keyframes))
+    return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
+
+
+def export_controller(
+    individual: Individual, path: Path, file: Path | None, *, clip: bool
+) -> Exported:
+    """Write the reflexes of an individual as an Arduino sketch that follows commands.
+
+    Args:
+        individual: individual of a body whose gaits follow commands.
+        path: path of the folder.
+        file: TOML file of the calibration; None for servos centred in the standing pose.
+        clip: whether to accept a simulated walk with angles beyond the limits, which the sketch
+            clips.
+    """
+    name, gait, assumed = sketch_name(path), gait_of(individual), ""
+    if file is not None:
+        calibration = read_calibration(file, "arduino", gait.joint_names)
+    else:
+        calibration, assumed = _assumed_calibration(individual, gait, "arduino")
+    simulated = keyframes_of(gait, calibration, clip=clip)
+    check_standing(simulated.standing, calibration)
+    controller = controller_of(individual)
+    sketch = create_controller_sketch(controller, calibration, name, individual.title)
+    write_sketch(sketch, path)
+    summary = (
+        f"a sketch that follows commands, for {sketch.boards} PCA9685 "
+        f"board{'s' * (sketch.boards > 1)} and an MPU6050; {len(gait.joint_names)} joints, "
+        f"reflexes: {', '.join(controller.reflexes) or 'none'}"
+    )
+    contacts = (
+        "the reflexes need contacts: connect a switch in each foot, and set CONTACT_PINS in the "
+        "sketch"
+    )
+    felt = needs_of(controller) & {"contacts", "load"}
+    notices = (assumed, _clipped(simulated), contacts if felt else "")
+    return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
+
+
+def feels(individual: Individual) -> bool:
+    """Return whether reflexes or a driver changed the gait of an individual."""
+    felt = getattr(individual.experiment.organism, "feels", False)
+    return bool(felt) and individual.genome is not None
+
+
+def _clipped(keyframes: Keyframes) -> str:
+    """Return a notice about angles that were clipped; '' for none."""
+    if not keyframes.clipped:
+        return ""
+    return (
         f"{keyframes.clipped:,} of {keyframes.degrees.size:,} angles were beyond the range of "
         "their servos and were clipped: the result differs from the evolved gait"
     )
-    notices = (assumed, clipped if keyframes.clipped else "")
-    return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
 
 
 def fall_notices(individual: Individual) -> tuple[str, ...]:

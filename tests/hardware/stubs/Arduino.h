@@ -3,6 +3,7 @@
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #define PROGMEM
@@ -17,6 +18,7 @@
 static uint32_t clock_ms = 0;
 static bool button_down = false;
 inline uint32_t millis() { return clock_ms; }
+inline uint32_t micros() { return clock_ms * 1000; }
 inline void pinMode(uint8_t, uint8_t) {}
 inline int digitalRead(uint8_t) { return button_down ? LOW : HIGH; }
 

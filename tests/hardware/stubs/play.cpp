@@ -1,5 +1,6 @@
 // Runs a sketch. Arguments: the duration in seconds, then pairs of a time in seconds and a command;
-// the command b presses the button for 100 ms.
+// the command b presses the button for 100 ms, !turn X turns the sensor to the left at X rad/s, !roll
+// tilts it by a right angle, and !fail disconnects it.
 #include <stdlib.h>
 #include SKETCH
 
@@ -13,6 +14,14 @@ int main(int count, char **words) {
       if (*words[word + 1] == 'b') {
         button_down = true;
         release_ms = clock_ms + 100;
+      } else if (!strncmp(words[word + 1], "!turn", 5)) {
+        true_rates[2] = atof(words[word + 1] + 5);
+      } else if (!strcmp(words[word + 1], "!roll")) {
+        true_rates[0] = 2;
+        true_up[1] = 1;
+        true_up[2] = 0;
+      } else if (!strcmp(words[word + 1], "!fail")) {
+        sensor_fails = true;
       } else {
         Serial.waiting = words[word + 1];
       }
