@@ -7,7 +7,6 @@ from gaitsim.testing import check_package
 from gaitsim.testing.examine import examine
 
 ALL = [(kind, name) for kind in (*PLUGINS, EXPERIMENTS) for name in entries(kind)]
-WAITING = pytest.mark.xfail(reason="no body has the channel 'command' yet", strict=True)
 
 
 @pytest.fixture(scope="module")
@@ -18,11 +17,7 @@ def reports():
 
 
 @pytest.mark.slow  # examining all of them takes half a minute
-@pytest.mark.parametrize(
-    ("kind", "name"),
-    [pytest.param(*one, marks=WAITING) if one == ("fitness", "follow") else one for one in ALL],
-    ids=lambda part: part,
-)
+@pytest.mark.parametrize(("kind", "name"), ALL, ids=lambda part: part)
 def test_it_conforms(reports, kind, name):
     report = reports[kind, name]
     assert report.ok, report
