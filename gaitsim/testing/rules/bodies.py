@@ -22,6 +22,7 @@ from gaitsim.testing.rules.common import (
     same_space,
     select_rows,
 )
+from gaitsim.testing.rules.steering import check_steering
 from gaitsim.testing.rules.views import check_measures, check_play, check_rig, check_skeleton
 
 
@@ -203,6 +204,7 @@ def body_rules(entry: Entry, body: Organism, figures: dict[str, float]) -> Itera
         yield from check_rig(body, motion)
     yield from check_measures(body, motion)
     yield from check_play(body, motion)
+    yield from check_steering(body)
     yield from check_damage(body, genomes, motion)
     yield from check_worlds(body, genomes, motion)
     yield from _check_speed(body, space, figures)
