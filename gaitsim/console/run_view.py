@@ -15,7 +15,7 @@ from gaitsim.evaluation.worlds import describe, ranges_of
 from gaitsim.evolution.transferability import RealityTests
 from gaitsim.experiment import Experiment
 from gaitsim.gait.changed import can_be_damaged
-from gaitsim.gait.report import effort_of
+from gaitsim.gait.report import effort_of, gait_warnings
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.curves import sparkline
@@ -150,8 +150,9 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
         ]
         print_table(["measure", "value", "", "meaning"], rows, numbers=["value"])
     effort = effort_of(champion)
-    if effort is not None and effort.warning:
-        console.print(Text(effort.warning, style="yellow"))
+    overheats = [effort.warning] if effort is not None and effort.warning else []
+    for warning in (*overheats, *gait_warnings(champion)):
+        console.print(Text(warning, style="yellow"))
     parts = "  ".join(f"{name} {number(value)}" for name, value in champion.terms.items())
     console.print(f"score = {parts}")
 

@@ -162,6 +162,17 @@ class Organism(Plugin):
         """
         return ()
 
+    def gait_warnings(self, genome: Genomes) -> tuple[str, ...]:
+        """Return sentences about likely mistakes in one gait with the options of this body.
+
+        The default returns (). The end of a run, `gaitsim show`, `gaitsim analyse` and the terminal
+        UI show them.
+
+        Args:
+            genome: genome of one individual, (genes,).
+        """
+        return ()
+
     @classmethod
     def library(cls) -> Facts:
         """Return facts about option values that the package bundles, such as its robots."""

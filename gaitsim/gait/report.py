@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,7 +80,7 @@ class GaitAnalysis:
         flags: signs of exploits.
         missing: results that are not available, with reasons.
         effort: torque of the servos; None if the body does not measure it.
-        warnings: sentences about chatter and about servos that overheat.
+        warnings: sentences about chatter, servos that overheat, and warnings of the body.
     """
 
     frame_rate: float
@@ -215,7 +215,7 @@ _SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1
 def analyse_individual(individual: Individual) -> GaitAnalysis:
     """Analyse the gait of an individual; the body's own measures take precedence."""
     organism = individual.experiment.organism
-    return analyse_gait(
+    found = analyse_gait(
         individual.skeleton,
         individual.joint_angles,
         dynamic=organism.dynamic,
@@ -225,6 +225,15 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
         stride_frequency=commanded_frequency(individual),
         effort=effort_of(individual),
     )
+    return replace(found, warnings=(*found.warnings, *gait_warnings(individual)))
+
+
+def gait_warnings(individual: Individual) -> tuple[str, ...]:
+    """Return the warnings of the body about an individual; () for a gait from a file."""
+    if individual.genome is None:
+        return ()
+    with plugin_errors(individual.experiment.entries["organism"], "checking a gait for mistakes"):
+        return tuple(individual.experiment.organism.gait_warnings(individual.genome.copy()))
 
 
 EFFORT = ("torque", "stall_torque", "rms_torque", "continuous_torque")

@@ -135,6 +135,7 @@ def check_sensors(names: Sequence[str]) -> None:
     if sum(name in IMUS for name in names) > 1:
         raise GaitsimError(
             f"a robot has one IMU, not {', '.join(name for name in names if name in IMUS)}",
+            allowed=f"at most one of {', '.join(IMUS)}",
             key="sensors",
         )
 

@@ -51,6 +51,7 @@ def check_drive(drive: Sequence[Mapping[str, float]]) -> None:
                 f"a drive must be in order of time, but {entry.get('at', 0.0):g} s follows "
                 f"{last:g} s",
                 where=where,
+                allowed="times at that never decrease",
                 key="drive",
             )
         last = entry.get("at", 0.0)
@@ -74,6 +75,28 @@ def targets(drive: Sequence[Mapping[str, float]], frames: int, frame_rate: float
                 value = math.radians(entry[name]) if name == "turn" else entry[name]
                 found[first:, part] = value
     return found
+
+
+BEYOND = 1.01  # × the largest command, from which a driver is warned
+SPEEDS = {"speed": "m/s", "turn": "°/s", "sideways": "m/s"}
+
+
+def clipped_commands(drive: Sequence[Mapping[str, float]], limits: Floats) -> str:
+    """Return a warning about commands for which strokes are shortened; '' if there are none.
+
+    Args:
+        drive: entries of the drive.
+        limits: largest commands, (4,), as `COMMAND`.
+    """
+    beyond = []
+    for part, (name, unit) in enumerate(SPEEDS.items()):
+        most = math.degrees(limits[part]) if name == "turn" else limits[part]
+        wanted = max((entry.get(name, 0.0) for entry in drive), key=abs, default=0.0)
+        if abs(wanted) > BEYOND * most:
+            beyond.append(f"{name} {wanted:.3g} of at most {most:.2g} {unit}".replace("-", "−"))
+    if not beyond:
+        return ""
+    return f"The drive exceeds what this gait can do: {', '.join(beyond)}; strokes are shortened."
 
 
 def pushes(drive: Sequence[Mapping[str, float]], frame_rate: float) -> dict[int, Floats]:

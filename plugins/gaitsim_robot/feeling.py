@@ -254,11 +254,21 @@ def check_evolve(evolve: Sequence[str], reflexes: Mapping[str, Reflex]) -> None:
         for option, field in type(reflex).model_fields.items()
         if field.annotation is float and np.isfinite(bounds(field.metadata)).all()
     ]
+    if evolve and not reflexes:
+        raise GaitsimError(
+            f"the robot has no reflexes, whose options {', '.join(evolve)} could evolve",
+            remedy="add reflexes to organism.reflexes, or remove organism.evolve",
+            key="evolve",
+        )
     for name in evolve:
         if name not in known:
             raise unknown("option of a reflex to evolve:", name, known, key="evolve")
     if len({*evolve}) < len(evolve):
-        raise GaitsimError(f"{', '.join(evolve)} names an option twice", key="evolve")
+        raise GaitsimError(
+            f"an option of a reflex is listed twice: {', '.join(evolve)}",
+            allowed="each option at most once",
+            key="evolve",
+        )
 
 
 def check_needs(reflexes: Mapping[str, Reflex], sensors: Sequence[str]) -> None:
@@ -277,7 +287,7 @@ def check_needs(reflexes: Mapping[str, Reflex], sensors: Sequence[str]) -> None:
                 where=f"organism.sensors: {', '.join(sensors) or 'none'}",
                 allowed=f"a sensor of {missing[0]}: {', '.join(helps)}",
                 remedy=f"add one to organism.sensors, if the robot has it, or remove {name!r}",
-                key="sensors",
+                key="reflexes",
             )
 
 

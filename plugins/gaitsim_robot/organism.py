@@ -2,10 +2,10 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import ValidationInfo, model_validator
+from pydantic import Field, ValidationInfo, model_validator
 
 from gaitsim.contracts import (
     COMMAND,
@@ -44,7 +44,15 @@ from gaitsim.legged import (
 from gaitsim.registry import load_reflexes
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
-from gaitsim_robot.drives import CALIBRATION_TIME, Pushes, check_drive, pushes, targets, true_shares
+from gaitsim_robot.drives import (
+    CALIBRATION_TIME,
+    Pushes,
+    check_drive,
+    clipped_commands,
+    pushes,
+    targets,
+    true_shares,
+)
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.feeling import NO_REFLEXES, Pilot, ReflexGenes, check_evolve, check_needs
 from gaitsim_robot.loading import (
@@ -69,6 +77,7 @@ from gaitsim_robot.simulation import FRAME_RATE, Simulation
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
+Share = Annotated[float, Field(ge=0.05, le=20)]
 HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
 DRIVEN = 60.0  # s, walk for which uneven ground is large enough under a driver, for any duration
 LATE = 0.03  # s, latency of a slow servo and its controller
@@ -257,28 +266,34 @@ class Robot(Organism):
     world: dict[str, float] = option({}, WORLD_HELP)
     reflexes: dict[str, dict[str, Any]] = option(
         {},
-        "reflexes that change the gait by what the robot feels, in the order in which they act: "
-        "by name, a table of options that differ from the defaults, such as heading = "
-        "{ gain = 2.0 }",
+        "reflexes that change the gait by what the robot feels, in the order in which they act",
+        allowed="by name, tables of options that differ from the reflex's defaults, such as "
+        "{ heading = { gain = 2.0 } }",
     )
     evolve: tuple[str, ...] = option(
-        (), "options of reflexes that are genes, within their bounds, such as 'heading.gain'"
+        (),
+        "options of reflexes that are genes, within their bounds",
+        allowed="a list of names such as 'heading.gain'",
     )
     sensors: tuple[str, ...] = option(
         ("mpu6050",),
-        "sensors of the robot: an IMU ('mpu6050', 'bno055' or 'ideal'), and 'contacts' and 'load' "
-        "of the feet, and 'joints' for servos that report their angles",
+        "sensors of the robot, by which reflexes act",
+        allowed="a list with one of the IMUs mpu6050, bno055 and ideal; contacts or load of the "
+        "feet; joints, for servos that report their angles",
     )
     drive: tuple[dict[str, float], ...] = option(
         (),
-        "commands over time, such as { at = 2.0, speed = 0.2, turn = 30.0 } in s, m/s forward and "
-        "°/s to the left; also sideways, m/s to the left, height, m, and push, m/s, in a "
-        "direction, °; parts not named keep their values. Without, the gait walks as evolved",
+        "commands over time; parts that an entry does not name keep their values; without a drive, "
+        "the gait walks as it evolved",
+        allowed="a list of tables such as { at = 2.0, speed = 0.2, turn = 30.0 }: at in s; speed, "
+        "and sideways to the left, in m/s; turn to the left in °/s; height in m; push in m/s, with "
+        "its direction in °",
     )
-    command_gains: tuple[float, float, float] = option(
+    command_gains: tuple[Share, Share, Share] = option(
         (1.0, 1.0, 1.0),
         "true speed, turn and sideways speed as shares of what strokes without slip would give, "
         "by which the strokes for a command are divided; 'gaitsim steer' measures them",
+        allowed="three numbers from 0.05 to 20",
     )
 
     dynamic: ClassVar[bool] = True
@@ -372,6 +387,13 @@ class Robot(Organism):
         of_file = found.warnings if found else ()
         units = unit_warning(anatomy.length, anatomy.mass)
         return tuple(filter(None, (units, *of_file, *anatomy.warnings)))
+
+    def gait_warnings(self, genome: Genomes) -> tuple[str, ...]:
+        """Return a warning about commands of the drive beyond what a gait can do."""
+        if not self.drive:
+            return ()
+        found = clipped_commands(self.drive, self.pilot(genome[None]).rhythm.limits[0])
+        return (found,) if found else ()
 
     @classmethod
     def library(cls) -> Facts:
