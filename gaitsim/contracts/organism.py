@@ -130,6 +130,13 @@ class Organism(Plugin):
         """
         return None
 
+    def urdf(self) -> str:
+        """Return the undamaged body as URDF, for ROS and other programs; '' by default.
+
+        Its movable joints have the names of `joint_names`, and the same zero and direction.
+        """
+        return ""
+
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return quantities that describe each motion, by name; {} by default."""
         return {}

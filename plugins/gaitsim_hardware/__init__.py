@@ -150,12 +150,10 @@ class Arduino(BusExporter):
         return re.sub(r"[^0-9A-Za-z]+", "_", super().file_name(subject))[:MAX_NAME]
 
 
-class C99(Exporter):
-    """A gait with its reflexes as C99, which follows commands on a microcontroller."""
+class ControllerExporter(Exporter):
+    """Files with which a robot's gait feels and follows commands."""
 
-    title: ClassVar[str] = "C code"
     group: ClassVar[str] = "Files for robots"
-    note: ClassVar[str] = "C99, for gaits with reflexes"
     suffix: ClassVar[str] = ""
 
     def check(self, individual: "Individual") -> None:
@@ -164,11 +162,35 @@ class C99(Exporter):
 
         check_controller(individual)
 
+
+class C99(ControllerExporter):
+    """A gait with its reflexes as C99, which follows commands on a microcontroller."""
+
+    title: ClassVar[str] = "C code"
+    note: ClassVar[str] = "C99, for gaits with reflexes"
+
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the folder with gait.h and gait.c."""
         from gaitsim_hardware.c_code import export_c
 
         return export_c(subject.individual, path)
+
+
+class Ros2Package(ControllerExporter):
+    """A gait with its reflexes as a ROS 2 package, which follows `cmd_vel`."""
+
+    title: ClassVar[str] = "ROS 2 package"
+    note: ClassVar[str] = "node for gaits with reflexes, and URDF"
+
+    def file_name(self, subject: Subject) -> str:
+        """Return the default name of the folder, which is also the name of the package."""
+        return re.sub(r"[^0-9a-z]+", "_", super().file_name(subject).lower()).strip("_")
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the folder."""
+        from gaitsim_hardware.ros2_package import export_package
+
+        return export_package(subject.individual, path)
 
 
 class Dynamixel(BusExporter):

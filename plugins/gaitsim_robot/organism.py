@@ -620,6 +620,14 @@ class Robot(Organism):
         simulation = self.simulation
         return rig(simulation.model, simulation.anatomy, simulation.damage)
 
+    def urdf(self) -> str:
+        """Return the robot as URDF; '' for a robot with mimic joints or closed linkages."""
+        from gaitsim_robot.text import compile_model
+        from gaitsim_robot.urdf import urdf
+
+        servos = load_servos(self.text, self.anatomy, self._servo)
+        return urdf(compile_model(self.text), self.anatomy, servos)
+
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Return the solids of the body, and the segments from joint to joint."""
         from gaitsim_robot.skeleton import skeleton
