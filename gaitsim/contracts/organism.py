@@ -215,6 +215,10 @@ class Organism(Plugin):
         """
         return {}
 
+    def reflex_names(self) -> tuple[str, ...]:
+        """Return the names of the reflexes in the options, whose packages a run needs; ()."""
+        return ()
+
     def controller(self, genome: Genomes) -> Controller | None:
         """Return a gait as a rhythm with its reflexes, for export; None for other bodies.
 

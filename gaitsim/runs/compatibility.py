@@ -12,7 +12,7 @@ import numpy as np
 from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_space, read_outline
-from gaitsim.registry import KINDS, entries, plugin_errors
+from gaitsim.registry import KINDS, REFLEX, entries, find, plugin_errors
 from gaitsim.registry.entry_points import OUTSIDE
 from gaitsim.runs.files.checkpoint import Checkpoint, Start
 from gaitsim.runs.files.folder import CHECKPOINT, EXPERIMENT
@@ -138,17 +138,22 @@ def versions(experiment: Experiment) -> dict[str, str]:
             found[name] = str(own or _installed(name))
     for kind, entry in experiment.entries.items():
         found[f"{kind} {entry.name}"] = entry.source
+    with plugin_errors(experiment.entries["organism"], "naming its reflexes"):
+        names = tuple(experiment.organism.reflex_names())
+    for name in names:
+        found[f"{REFLEX} {name}"] = find(REFLEX, name).source
     return found
 
 
 def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
     """Return an error for each plugin that is not installed, given the versions of a checkpoint."""
-    known = {f"{kind} {name}" for kind in KINDS for name in entries(kind)}
+    kinds = (*KINDS, REFLEX)
+    known = {f"{kind} {name}" for kind in kinds for name in entries(kind)}
     return [
         GaitsimError(
             f"the {key} of this run is not installed; its package is {package}",
             remedy=f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()
-        if key.partition(" ")[0] in KINDS and key not in known and package != OUTSIDE
+        if key.partition(" ")[0] in kinds and key not in known and package != OUTSIDE
     ]

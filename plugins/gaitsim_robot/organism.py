@@ -472,6 +472,10 @@ class Robot(Organism):
             rhythm, reflexes, weights, self.sensors, self.world, self.frames, 1 / FRAME_RATE
         )
 
+    def reflex_names(self) -> tuple[str, ...]:
+        """Return the names of the reflexes."""
+        return tuple(self.reflexes)
+
     def controller(self, genome: Genomes) -> Controller:
         """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
         robot = self.calibrated(genome)
