@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Motion
+from gaitsim.contracts import COMMAND, Motion, Rhythm
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.portable import cos, sin
 
@@ -77,26 +77,41 @@ def targets(drive: Sequence[Mapping[str, float]], frames: int, frame_rate: float
     return found
 
 
-BEYOND = 1.01  # × the largest command, from which a driver is warned
+SHORTENED = 0.98  # share of the commanded strokes below which the driver is told
 SPEEDS = {"speed": "m/s", "turn": "°/s", "sideways": "m/s"}
 
 
-def clipped_commands(drive: Sequence[Mapping[str, float]], limits: Floats) -> str:
-    """Return a warning about commands for which strokes are shortened; '' if there are none.
+def clipped_commands(drive: Sequence[Mapping[str, float]], rhythm: Rhythm) -> str:
+    """Return a warning about the commands for which strokes are shortened most; '' if none are.
 
     Args:
         drive: entries of the drive.
-        limits: largest commands, (4,), as `COMMAND`.
+        rhythm: rhythm of one individual.
     """
-    beyond = []
-    for part, (name, unit) in enumerate(SPEEDS.items()):
-        most = math.degrees(limits[part]) if name == "turn" else limits[part]
-        wanted = max((entry.get(name, 0.0) for entry in drive), key=abs, default=0.0)
-        if abs(wanted) > BEYOND * most:
-            beyond.append(f"{name} {wanted:.3g} of at most {most:.2g} {unit}".replace("-", "−"))
-    if not beyond:
+    from gaitsim_robot.rhythm import RhythmState, advance  # Numba takes a while to import
+
+    count, legs = len(drive), len(rhythm.names)
+    rhythms = rhythm.select(np.zeros(count, dtype=np.intp))
+    state, ones = RhythmState(rhythms), np.ones((count, legs))
+    commands = targets([{**entry, "at": at} for at, entry in enumerate(drive)], count, 1.0)
+    walking = np.ones(count, dtype=np.bool_)
+    advance(rhythms, state, walking, commands, ones, np.zeros((count, legs)), ones, 0.02)
+    worst = int(np.argmin(state.scale))
+    if state.scale[worst] >= SHORTENED:
         return ""
-    return f"The drive exceeds what this gait can do: {', '.join(beyond)}; strokes are shortened."
+    wanted, limits = commands[worst], rhythm.limits[0]
+    parts = []
+    for part, (name, unit) in enumerate(SPEEDS.items()):
+        if wanted[part]:
+            turn = math.degrees(1.0) if name == "turn" else 1.0
+            said = f"{name} {turn * wanted[part]:.3g} of at most {turn * limits[part]:.2g} {unit}"
+            parts.append(said.replace("-", "−"))
+    together = " together" if len(parts) > 1 else ""
+    at, share = drive[worst].get("at", 0.0), 100 * state.scale[worst]
+    return (
+        f"The drive exceeds what this gait can do: {', '.join(parts)}{together}, at {at:g} s; "
+        f"strokes are shortened to {share:.0f} %."
+    )
 
 
 def pushes(drive: Sequence[Mapping[str, float]], frame_rate: float) -> dict[int, Floats]:

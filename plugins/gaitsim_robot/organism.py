@@ -392,7 +392,7 @@ class Robot(Organism):
         """Return a warning about commands of the drive beyond what a gait can do."""
         if not self.drive:
             return ()
-        found = clipped_commands(self.drive, self.pilot(genome[None]).rhythm.limits[0])
+        found = clipped_commands(self.drive, self.pilot(genome[None]).rhythm)
         return (found,) if found else ()
 
     @classmethod

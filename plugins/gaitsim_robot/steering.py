@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import COMMAND, Command, Motion, Steered
 from gaitsim.errors import GaitsimError
-from gaitsim_robot.drives import pushes, targets
+from gaitsim_robot.drives import SHORTENED, pushes, targets
 from gaitsim_robot.feeling import Pilot
 from gaitsim_robot.rollout import (
     Feelings,
@@ -30,7 +30,6 @@ LEAST = 0.5  # s, shortest duration of a rollout
 STEPS = 4  # presses of a key from 0 to the limit of a command
 PUSH = 0.3  # m/s
 GOLDEN_ANGLE = 137.5  # ° between the directions of two pushes, so that no direction repeats soon
-SHORTENED = 0.98  # share of the commanded strokes below which the driver is told
 
 COMMANDS = (
     Command("stop", "space", "stop and stand"),

@@ -55,19 +55,34 @@ def driven(*drive):
     return Individual(experiment, 0.0, {}, 1, experiment.starts()["tripod"])
 
 
+def limits_of(individual):
+    rhythm = individual.experiment.organism.pilot(individual.genome[None]).rhythm
+    return rhythm.limits[0]
+
+
 def test_commands_beyond_the_gait_are_a_warning_with_its_limits():
-    fast = driven({"at": 0, "speed": 5, "turn": 10}, {"at": 0.5, "turn": -400})
-    limits = fast.experiment.organism.pilot(fast.genome[None]).rhythm.limits[0]
+    fast = driven({"at": 0, "speed": 0.1}, {"at": 0.5, "speed": 5, "turn": -10})
+    limits = limits_of(fast)
     [warning] = fast.experiment.organism.gait_warnings(fast.genome)
-    assert f"speed 5 of at most {limits[0]:.2g} m/s" in warning
-    assert f"turn −400 of at most {np.degrees(limits[1]):.2g} °/s" in warning
+    assert f"speed 5 of at most {limits[0]:.2g} m/s, turn −10 of at most" in warning
+    assert f"{np.degrees(limits[1]):.2g} °/s together, at 0.5 s" in warning
     assert "sideways" not in warning
     assert warning in analyse_individual(fast).warnings
 
 
-def test_commands_within_the_limits_are_no_warning():
-    slow = driven({"at": 0, "speed": 0.05})
-    limits = slow.experiment.organism.pilot(slow.genome[None]).rhythm.limits[0]
-    most = driven({"at": 0, "speed": float(limits[0])})
-    for one in (slow, most):
-        assert not one.experiment.organism.gait_warnings(one.genome)
+def test_strokes_of_a_straight_command_are_shortened_to_the_limit():
+    most = limits_of(driven({"speed": 0.1}))[0]
+    [warning] = (fast := driven({"speed": 4 * most})).experiment.organism.gait_warnings(fast.genome)
+    assert warning.endswith("strokes are shortened to 25 %.")
+    assert "together" not in warning
+
+
+def test_commands_may_exceed_a_gait_only_together():
+    speed, turn = limits_of(driven({"speed": 0.1}))[:2]
+    alone = [{"speed": float(speed)}, {"speed": 0, "turn": float(np.degrees(turn))}]
+    for entry in alone:
+        within = driven(entry)
+        assert not within.experiment.organism.gait_warnings(within.genome)
+    both = driven(alone[0] | {"turn": float(np.degrees(turn))})
+    [warning] = both.experiment.organism.gait_warnings(both.genome)
+    assert "together" in warning
