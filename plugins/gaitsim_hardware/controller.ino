@@ -53,6 +53,7 @@ Adafruit_PWMServoDriver boards[BOARDS] = {
 @BOARDS@
 };
 
+const bool FEELS = GAIT_NEEDS_ORIENTATION || GAIT_NEEDS_RATES;  // otherwise, the sensor is optional
 const uint8_t OFF = 0, RISING = 1, CALIBRATING = 2, CONTROLLED = 3;
 uint8_t state = OFF;
 uint8_t risen = 0;         // number of servos that have received their first command
@@ -131,6 +132,15 @@ bool read_sensor() {
 float roll_of(const float a[3]) { return atan2f(a[1], a[2]); }
 float pitch_of(const float a[3]) { return atan2f(-a[0], sqrtf(a[1] * a[1] + a[2] * a[2])); }
 
+void begin_gait() {
+  gait_init(&gait);
+  memset(&senses, 0, sizeof senses);
+  told_ms = millis();
+  stand();
+  state = CONTROLLED;
+  Serial.println(F("ready: w walks, 0 stops, x switches off"));
+}
+
 // Means of a second at standstill are the bias of the gyroscope and the tilt of the sensor.
 void calibrate() {
   for (uint8_t i = 0; i < 3; i++) {
@@ -149,12 +159,7 @@ void calibrate() {
   for (uint8_t i = 0; i < 3; i++) bias[i] = sums[i] / measured;
   level_roll = roll_of(sums + 3);
   level_pitch = pitch_of(sums + 3);
-  gait_init(&gait);
-  memset(&senses, 0, sizeof senses);
-  told_ms = millis();
-  stand();
-  state = CONTROLLED;
-  Serial.println(F("ready: w walks, 0 stops, x switches off"));
+  begin_gait();
 }
 
 // Integrates the rates; the accelerometer corrects roll and pitch slowly.
@@ -225,6 +230,8 @@ void rise() {
     for (uint8_t i = 0; i < 6; i++) sums[i] = 0;
     for (uint8_t i = 0; i < 3; i++) bias[i] = 0;
     state = CALIBRATING;
+    if (!sensed) Serial.println(F("the sensor at 0x68 does not answer"));
+    if (!sensed && !FEELS) begin_gait();
     return;
   }
   drive(risen, GAIT_STANDING[risen]);
@@ -237,7 +244,7 @@ void control(float dt) {
   // Hobby servos do not report their angles: the last commands stand for them.
   for (uint8_t joint = 0; joint < GAIT_JOINTS; joint++) senses.joints[joint] = gait.angles[joint];
   gait_senses felt = senses;
-  if (!sensed) felt.orientation[0] = NAN;  // the gait stops after a moment
+  if (FEELS && !sensed) felt.orientation[0] = NAN;  // the gait stops after a moment
   gait_step(&gait, dt, &felt, &command, angles);
   for (uint8_t joint = 0; joint < GAIT_JOINTS; joint++) drive(joint, angles[joint]);
 }

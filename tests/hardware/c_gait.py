@@ -100,8 +100,8 @@ def largest_difference(organism, genome, folder, steps, *flags, seed=3):
             rng.normal(0, [[0.1, 0.1, 1.0]]), rng.normal(0, 0.5, (1, 3)), load,
             rng.normal(0, 0.3, (1, joints)),
         )  # fmt: skip
-        # A sensor fails for a moment, or for up to half a second.
-        if frame % 500 in range(100, 100 + (frame // 500) % 25) or rng.random() < 0.01:
+        # A sensor fails for a moment, or for longer than the last valid measurement is used.
+        if frame % 500 in range(100, 100 + 12 * (frame // 500 % 3)) or rng.random() < 0.01:
             parts = (truth.orientation, truth.rates, truth.load, truth.joints)
             parts[rng.integers(4)][0, 0] = rng.choice([np.nan, np.inf])
         expected = pilot.step(frame, command[None], truth)[0]

@@ -145,6 +145,16 @@ def test_the_robot_stops(tmp_path, hexapod, event):
             assert np.ptp(angles[(times > 13) & (times < 15)], axis=0).max() > 0.2
 
 
+def test_a_gait_without_reflexes_needs_no_sensor(tmp_path):
+    told = (0, "!fail", 0.5, "g", 5, "s 0.2", 8, "0")
+    organism, genome = robot("hexapod", ())
+    times, angles = play(tmp_path, organism, genome, 12, *told)
+    expected = walked(organism, genome, np.zeros(150), (0, [0.2, 0, 0, 0]))
+    first = int(np.searchsorted(times, 4.999))
+    assert np.abs(angles[first : first + 150] - expected).max() < RESOLUTION
+    assert np.ptp(angles[times > 11], axis=0).max() == 0
+
+
 @pytest.fixture
 def individual():
     """Return a function that makes an individual of the hexapod with options."""
