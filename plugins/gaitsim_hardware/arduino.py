@@ -126,7 +126,7 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
 def create_controller_sketch(
     controller: Controller, calibration: Calibration, name: str, title: str
 ) -> Sketch:
-    """Create a sketch that walks as it is told, with reflexes.
+    """Create a sketch that follows commands, with reflexes.
 
     Args:
         controller: rhythm and reflexes of the gait.

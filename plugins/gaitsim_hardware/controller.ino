@@ -1,6 +1,6 @@
 // @TITLE@
 //
-// Walks as it is told, with the reflexes in gait.c, on servos at @BOARDS_TEXT@ and with an
+// Follows commands, with the reflexes in gait.c, on servos at @BOARDS_TEXT@ and with an
 // MPU6050 at 0x68. Written by gaitsim.
 //
 // Needs a board that computes 18 joints in 20 ms, such as an ESP32, a Teensy or an RP2040; an 8-bit

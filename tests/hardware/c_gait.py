@@ -77,7 +77,7 @@ def pilot_of(organism, genome):
 
 
 def senses_of(truth):
-    """Return what the C code is told, in the order of gait_senses."""
+    """Return the measurements in the order of gait_senses."""
     parts = (truth.orientation, truth.rates, truth.load > 0, truth.load, truth.joints)
     return np.concatenate([np.ravel(part) for part in parts])
 
