@@ -1,8 +1,10 @@
 """Steering a body in real time: the bodies with commands, their controllers, and the simulation."""
 
+import math
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +29,9 @@ from gaitsim.experiment.model import (
     UNCONSTRAINED,
     Evolution,
 )
+from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin
 from gaitsim.gait.travel import heading, size, trunk
+from gaitsim.individual import Individual
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
 from gaitsim.runs.creation import create_run, find_individual
@@ -168,6 +172,14 @@ def individual_controllers(
     )
 
 
+def made_by_hand(experiment: Experiment) -> Genomes | None:
+    """Return the first start point of a body without commands; None for other bodies."""
+    if offered_commands(experiment):
+        return None
+    with plugin_errors(experiment.entries["organism"], "returning its start points"):
+        return next(iter(experiment.organism.starts().values()), None)
+
+
 def preset_drive(name: str) -> "Drive":
     """Return the body of a preset at its start, with the controllers of its package."""
     return create_drive(load_experiment(name), {})
@@ -186,8 +198,38 @@ def individual_drive(reference: str, overrides: Overrides | None = None) -> "Dri
         overrides: options of its experiment to change, by key.
     """
     saved = find_individual(reference)
-    experiment = parse_experiment(saved.experiment, reference, overrides)
-    return Drive(experiment, individual_controllers(experiment, saved.genome, reference))
+    load = partial(parse_experiment, saved.experiment, reference)
+    return Drive(*individual_subject(load, saved.genome, reference, overrides))
+
+
+def individual_subject(
+    load: Callable[[Overrides | None], Experiment],
+    genome: Genomes,
+    reference: str,
+    overrides: Overrides | None = None,
+) -> tuple[Experiment, dict[str, Genomes], str]:
+    """Return the arguments of a `Drive` that an individual controls.
+
+    If the body has no commands, its twin in physics plays the individual's gait as a rhythm.
+
+    Args:
+        load: function that returns the experiment of the individual with overrides.
+        genome: genome of the individual, (genes,).
+        reference: how a command refers to the individual, for messages.
+        overrides: options of the experiment, or of that of the twin, to change, by key.
+
+    Raises:
+        GaitsimError: the body cannot be steered, or its twin cannot play the gait.
+    """
+    own = Individual(load(None), math.nan, {}, genome=genome)
+    if offered_commands(own.experiment) or not has_rhythm_on_twin(own):
+        experiment = load(overrides)
+        return experiment, individual_controllers(experiment, genome, reference), ""
+    twin = rhythm_on_twin(replace(own, source=Path(reference)))
+    experiment, genome = twin.individual.experiment, twin.genome
+    if overrides:
+        experiment = with_overrides(experiment, overrides)
+    return experiment, individual_controllers(experiment, genome, reference), twin.about
 
 
 class Drive:
@@ -196,6 +238,7 @@ class Drive:
     Args:
         experiment: experiment of the body.
         controllers: genomes of the controllers, each of shape (genes,), by name.
+        about: what the person should know about the body at the start, or ''.
 
     Attributes:
         experiment: experiment of the body.
@@ -210,8 +253,10 @@ class Drive:
         saved: folder of the run in which the drive was last saved; None if it has changed since.
     """
 
-    def __init__(self, experiment: Experiment, controllers: Mapping[str, Genomes]) -> None:
-        self.experiment = experiment
+    def __init__(
+        self, experiment: Experiment, controllers: Mapping[str, Genomes], about: str = ""
+    ) -> None:
+        self.experiment, self._about = experiment, about
         self._entry = experiment.entries["organism"]
         self._controllers = controllers
         self.commands = commands_of(experiment)
@@ -353,7 +398,8 @@ class Drive:
     def notice(self) -> str:
         """What the person should know now, or ''."""
         with plugin_errors(self._entry, "describing what it is asked to do"):
-            return str(self._steered.notice())
+            said = str(self._steered.notice())
+        return said if said or self.given else self._about
 
     @property
     def recordable(self) -> bool:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from gaitsim.contracts.organism import (
         BodyFile as BodyFile,
         Facts as Facts,
+        FittedGait as FittedGait,
         Organism as Organism,
     )
     from gaitsim.contracts.plugin import (
@@ -78,7 +79,7 @@ if TYPE_CHECKING:
 _NAMES = {
     "conditions": "Condition SEED Terrain WORLD_HELP check_world",
     "motion": "Array Channel Measure Motion Skeleton",
-    "organism": "BodyFile Facts Organism",
+    "organism": "BodyFile Facts FittedGait Organism",
     "plugin": "Plugin folder_of option roots_of",
     "product": "Exported Exporter Names Pair Plot Product Subject Window",
     "reflex": "COMMAND OBSERVATIONS SAMPLES Controller Inputs Legs Observation Reflex Rhythm",

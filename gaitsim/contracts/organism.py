@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -36,6 +36,21 @@ class BodyFile:
     text: str
     repairs: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class FittedGait:
+    """The gait of a body that is closest to given joint angles.
+
+    Attributes:
+        options: options of the body with which the genome plays the gait, by name.
+        genome: genome, (genes,).
+        joint_angles: its angles in the given frames, (frames, joints) rad.
+    """
+
+    options: Mapping[str, Any]
+    genome: Array
+    joint_angles: Array
 
 
 class Organism(Plugin):
@@ -224,6 +239,21 @@ class Organism(Plugin):
 
         Args:
             genome: genome of one individual, (genes,).
+        """
+        return None
+
+    def fit_gait(
+        self, joint_angles: Array, frequency: float, frame_rate: float
+    ) -> FittedGait | None:
+        """Return the gait of this body that is closest to periodic joint angles; None by default.
+
+        Optional, for bodies whose gaits follow commands. If such a body is the twin of a kinematic
+        body, gaits of the latter can be steered, and exported with reflexes.
+
+        Args:
+            joint_angles: angles over whole strides, (frames, joints) rad.
+            frequency: strides per second, Hz.
+            frame_rate: frames per second, Hz.
         """
         return None
 

@@ -2,10 +2,14 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Organism
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation.playing import play
 from gaitsim.evaluation.scoring import evaluate_motion
@@ -14,6 +18,8 @@ from gaitsim.experiment import WORLD, Experiment, load_experiment, with_override
 from gaitsim.gait.gait_files import GaitFile, play_gait
 from gaitsim.gait.report import analyse_individual, quantities
 from gaitsim.individual import Individual, Measurement
+from gaitsim.legged import STRIDE_FREQUENCY, angles_frequency
+from gaitsim.registry import plugin_errors
 
 
 def with_changed_body(
@@ -195,17 +201,108 @@ def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) ->
     return play_on(individual, twin_of(individual.experiment, damage, individual.world))
 
 
+FARTHEST = 5.0  # °, root mean square of the differences up to which a fitted gait is the same gait
+
+
+@dataclass(frozen=True, eq=False)
+class TwinGait:
+    """A gait of a kinematic body that its twin in physics plays as a rhythm with reflexes.
+
+    Attributes:
+        individual: individual of the twin, whose gait follows commands.
+        genome: genome of that individual, (genes,).
+        about: description for the user: the bodies, and the largest difference of a joint angle.
+    """
+
+    individual: Individual
+    genome: NDArray[np.float64]
+    about: str
+
+
+def has_rhythm_on_twin(individual: Individual) -> bool:
+    """Return whether gaits of a body follow commands on its twin only."""
+    organism = individual.experiment.organism
+    return (
+        individual.genome is not None
+        and type(organism).controller is Organism.controller
+        and has_twin(individual)
+    )
+
+
+def rhythm_on_twin(individual: Individual) -> TwinGait:
+    """Return the gait of an individual's twin that is closest to its joint angles.
+
+    The joint angles of the last whole strides are fitted, without the start of the gait.
+
+    Raises:
+        GaitsimError: the body has no twin whose gaits follow commands, or the twin cannot play the
+            gait, as it is not periodic or far from any gait of the twin.
+    """
+    body = individual.experiment.entries["organism"].name
+    twin = twin_of(individual.experiment, individual.damage, individual.world)
+    gait, rate = _gait_file(individual), individual.motion.frame_rate
+    angles = gait.in_order(tuple(twin.organism.joint_names()))
+    frequency = _stride_frequency(individual, angles)
+    strides = int(len(angles) / 2 / rate * frequency)
+    if not strides:
+        raise _no_rhythm(individual, "no stride repeats")
+    whole = angles[-round(strides / frequency * rate) :]
+    with plugin_errors(twin.entries["organism"], "fitting a gait"):
+        fitted = twin.organism.fit_gait(whole, frequency, rate)
+    if fitted is None:
+        raise _no_rhythm(individual, f"the body of {twin.name} has no method fit_gait()")
+    difference = np.degrees(fitted.joint_angles - whole)
+    apart = math.sqrt(np.square(difference).mean())
+    if apart > FARTHEST:
+        raise _no_rhythm(individual, f"{apart:.1f}° from the nearest gait of {twin.name}")
+    changes = {f"organism.{name}": value for name, value in fitted.options.items()}
+    twin = with_overrides(twin, {"name": individual.experiment.name, **changes}, "the fitted gait")
+    moved = replace(individual, experiment=twin, genome=fitted.genome, played=None, changes={})
+    found = evaluate_motion(twin, moved.motion, 1)
+    largest = math.ceil(10 * np.abs(difference).max()) / 10
+    about = (
+        f"The {body}'s gait, played by {individual.experiment.organism.twin} as a rhythm with "
+        f"reflexes: joint angles within {largest:.1f}°."
+    )
+    scored = replace(
+        moved, score=float(found.scores[0]), terms=found.terms_of(0), played=moved.motion
+    )
+    return TwinGait(scored, fitted.genome, about)
+
+
+def _stride_frequency(individual: Individual, angles: NDArray[np.float64]) -> float:
+    """Return the stride frequency of an individual, Hz; 0 if its gait is not periodic."""
+    motion = individual.motion
+    known = float(motion[STRIDE_FREQUENCY][0]) if STRIDE_FREQUENCY in motion else 0.0
+    return known or float(angles_frequency(angles[None], motion.frame_rate)[0])
+
+
+def _no_rhythm(individual: Individual, reason: str) -> GaitsimError:
+    body = individual.experiment.entries["organism"].name
+    return GaitsimError(
+        f"the {body}'s gait cannot be played as a rhythm: {reason}",
+        where=str(individual.source or individual.name),
+        allowed=f"a gait whose joints follow sines to within {FARTHEST:g}° (root mean square)",
+        remedy="use a gait with the encoding 'sine' or 'cpg', or evolve one on "
+        f"{individual.experiment.organism.twin}",
+    )
+
+
 def play_on(individual: Individual, twin: Experiment) -> Individual:
     """Play the joint angles of an individual on another body, such as the twin of its own."""
+    return play_gait(_gait_file(individual), twin)
+
+
+def _gait_file(individual: Individual) -> GaitFile:
+    """Return the joint angles of an individual, as if read from a file."""
     angles = individual.joint_angles
     assert angles is not None, "the body has the channel joint_angles"
-    gait = GaitFile(
+    return GaitFile(
         individual.source or Path(individual.name),
         angles,
         individual.motion.frame_rate,
         tuple(individual.experiment.organism.joint_names()),
     )
-    return play_gait(gait, twin)
 
 
 def compare_bodies(individual: Individual, other: Individual) -> tuple[QuantityPair, ...]:

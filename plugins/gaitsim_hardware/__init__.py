@@ -151,7 +151,10 @@ class Arduino(BusExporter):
 
 
 class ControllerExporter(Exporter):
-    """Files with which a robot's gait feels and follows commands."""
+    """Files with which a robot's gait feels and follows commands.
+
+    A gait of the spider becomes one of its twin in physics, with the reflex `heading`.
+    """
 
     group: ClassVar[str] = "Files for robots"
     suffix: ClassVar[str] = ""

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import OBSERVATIONS, SAMPLES, Controller, Exported, Organism, Reflex
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin
 from gaitsim.gait.gait_files import check_parent
 from gaitsim.individual import Individual
 from gaitsim.registry import find, plugin_errors
@@ -51,10 +52,10 @@ class CCode:
 
 
 def check_controller(individual: Individual) -> None:
-    """Check that the gaits of a body can follow commands, without simulating one.
+    """Check that the gaits of a body or its twin can follow commands, without simulating one.
 
     Raises:
-        GaitsimError: the body has no controllers, or the individual has no genome.
+        GaitsimError: neither has controllers, or the individual has no genome.
     """
     organism = individual.experiment.organism
     if individual.genome is None:
@@ -63,7 +64,7 @@ def check_controller(individual: Individual) -> None:
             where=str(individual.source),
             allowed="an individual of a run",
         )
-    if type(organism).controller is Organism.controller:
+    if type(organism).controller is Organism.controller and not has_rhythm_on_twin(individual):
         raise _no_controller(individual)
 
 
@@ -82,6 +83,21 @@ def controller_of(individual: Individual) -> Controller:
     return found
 
 
+def with_rhythm(individual: Individual) -> tuple[Individual, tuple[str, ...]]:
+    """Return an individual whose gait follows commands, and notices.
+
+    A gait of a kinematic body becomes one of its twin in physics, with reflexes.
+
+    Raises:
+        GaitsimError: neither body has controllers, or the twin cannot play the gait.
+    """
+    check_controller(individual)
+    if not has_rhythm_on_twin(individual):
+        return individual, ()
+    twin = rhythm_on_twin(individual)
+    return twin.individual, (twin.about,)
+
+
 def _no_controller(individual: Individual) -> GaitsimError:
     return GaitsimError(
         f"the gaits of {individual.experiment.entries['organism']} cannot follow commands",
@@ -98,12 +114,13 @@ def needs_of(controller: Controller) -> set[str]:
 
 def export_c(individual: Individual, folder: Path) -> Exported:
     """Write a gait with its reflexes as C99 to a folder."""
+    individual, notices = with_rhythm(individual)
     controller = controller_of(individual)
     code = c_code(controller, individual.title)
     make_folder(folder)
     write_bytes(folder / "gait.h", code.header.encode(), follow=False)
     write_bytes(folder / "gait.c", code.source.encode(), follow=False)
-    return Exported(f"gait.h and gait.c: {code.summary}")
+    return Exported(f"gait.h and gait.c: {code.summary}", notices)
 
 
 def c_code(controller: Controller, title: str) -> CCode:

@@ -12,7 +12,14 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.runs.files.atomic import write_bytes
-from gaitsim_hardware.c_code import as_comment, c_code, controller_of, filled, make_folder
+from gaitsim_hardware.c_code import (
+    as_comment,
+    c_code,
+    controller_of,
+    filled,
+    make_folder,
+    with_rhythm,
+)
 
 HARDWARE = "mock_components/GenericSystem"  # mirrors commands, until the user names the robot's own
 _TEMPLATES = {
@@ -27,6 +34,7 @@ _TEMPLATES = {
 def export_package(individual: Individual, folder: Path) -> Exported:
     """Write a gait with its reflexes as a ROS 2 package to a folder, which has its name."""
     name = package_name(folder)
+    individual, notices = with_rhythm(individual)
     organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
     controller = controller_of(individual)
     with plugin_errors(entry, "writing its URDF"):
@@ -72,7 +80,8 @@ def export_package(individual: Individual, folder: Path) -> Exported:
     for path, content in files.items():
         write_bytes(folder / path, content.encode(), follow=False)
     return Exported(
-        f"package {name} for ROS 2, with gait_node, controllers and URDF; {code.summary}"
+        f"package {name} for ROS 2, with gait_node, controllers and URDF; {code.summary}",
+        notices,
     )
 
 

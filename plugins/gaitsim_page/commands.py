@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -67,7 +68,8 @@ class Steer(Action):
     With the name of a preset, a robot walks with the gait that its package made by hand; with a
     run or a challenge code, with the gait that evolved. A preset precedes a run of the same name:
     for the run, write runs/NAME. A drive can be saved as a run, which can be replayed, exported
-    and filmed like any other.
+    and filmed like any other. Gaits of the spider are played by spider-physics, its twin in
+    physics, with the reflex heading; --set then changes options of the twin.
 
     Each key of the fly puts another trained network in control.
 
@@ -80,6 +82,8 @@ class Steer(Action):
     gaitsim steer runs/hexapod --set organism.world.unevenness=0.01
 
     gaitsim steer quadruped --record runs/square
+
+    gaitsim steer runs/spider
 
     gaitsim steer fly-steer-hover --controller climb=runs/fly-steer-climb
 
@@ -118,7 +122,7 @@ class Steer(Action):
     def do(self) -> None:
         """Open the terminal UI, or write the page."""
         from gaitsim.cli.tui import check_terminal, run_app
-        from gaitsim.console.printing import echo, status
+        from gaitsim.console.printing import echo, notice, status
         from gaitsim.runs.files.folder import command
         from gaitsim.steering import Drive
 
@@ -127,8 +131,10 @@ class Steer(Action):
         if self.out is None:
             check_terminal("for the fly, write a web page instead: gaitsim steer --out fly.html")
         with status("Preparing the body …"):
-            experiment, controllers = self._subject()
-            drive = None if self.out is not None else Drive(experiment, controllers)
+            experiment, controllers, about = self._subject()
+            drive = None if self.out is not None else Drive(experiment, controllers, about)
+        if about:
+            notice(about)
         if drive is None:
             self._write_page(experiment, controllers)
             return
@@ -154,28 +160,29 @@ class Steer(Action):
         for path in screens[0].saved if screens else ():
             echo(f"{path}: a recorded drive. Replay it: {command('play', path)}")
 
-    def _subject(self) -> "tuple[Experiment, dict[str, Genomes]]":
-        """Return the experiment of the body, and the genomes of its controllers by name."""
+    def _subject(self) -> "tuple[Experiment, dict[str, Genomes], str]":
+        """Return the experiment of the body, its controllers' genomes by name, and a notice."""
         from gaitsim.console.codes import read_challenge
         from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment
         from gaitsim.runs.creation import find_individual
-        from gaitsim.steering import controllers_of, individual_controllers
+        from gaitsim.steering import controllers_of, individual_subject, made_by_hand
 
         overrides = parse_assignments(self.set_ or ())
         replaced = dict(map(_parse_controller, self.controller or ()))
         challenge = read_challenge(self.body)
+        genome: Genomes | None
         if challenge is not None:
-            experiment, genome = challenge.experiment_with(overrides), challenge.genome
+            load, genome = challenge.experiment_with, challenge.genome
         elif _names_individual(self.body):
             saved = find_individual(self.body)
-            experiment = parse_experiment(saved.experiment, self.body, overrides)
-            genome = saved.genome
+            load, genome = partial(parse_experiment, saved.experiment, self.body), saved.genome
         else:
-            experiment = load_experiment(self.body, overrides)
-            return experiment, controllers_of(experiment, replaced)
-        if replaced:
-            return experiment, controllers_of(experiment, replaced)
-        return experiment, individual_controllers(experiment, genome, self.body)
+            load = partial(load_experiment, self.body)
+            genome = made_by_hand(load(None))
+        if genome is not None and not replaced:
+            return individual_subject(load, genome, self.body, overrides)
+        experiment = load(overrides)
+        return experiment, controllers_of(experiment, replaced), ""
 
     def _write_page(self, experiment: "Experiment", controllers: "Mapping[str, Genomes]") -> None:
         from gaitsim.console.printing import echo, report_files

@@ -275,6 +275,38 @@ class Encoding:
         phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
         return values, phase
 
+    def fit(
+        self, joint_angles: Floats, frequency: float, frame_rate: float
+    ) -> tuple[Floats, Floats]:
+        """Return the gait of sines that is closest to periodic joint angles, by least squares.
+
+        The encoding must be `sine`, without symmetry.
+
+        Args:
+            joint_angles: angles over whole cycles, (frames, joints) rad.
+            frequency: cycles per second, Hz.
+            frame_rate: frames per second, Hz.
+
+        Returns:
+            The genome, (genes,), within its bounds, and its angles, (frames, joints) rad.
+        """
+        time = np.arange(len(joint_angles))[:, None] / frame_rate
+        turn = 2 * math.pi * frequency * time
+        waves = np.concatenate([np.ones_like(turn), sin(turn), cos(turn)], axis=1)
+        mean, sine, cosine = np.linalg.lstsq(waves, joint_angles - self._standing, rcond=None)[0]
+        genome = self._genome(
+            {
+                "offset": mean,
+                "amplitude": norm(np.stack([sine, cosine], axis=-1)),
+                "delay": arctan2(cosine, sine),
+                "phase": np.zeros(len(self.chains)),
+                "frequency": np.array([frequency]),
+            }
+        )
+        amplitude, offset, delay, played = self._oscillation(self._decoded(genome[None])[0])
+        angles = self._standing + offset + amplitude * sin(2 * math.pi * played * time + delay)
+        return genome, np.clip(angles, *self._limits)
+
     def starts(self) -> dict[str, Floats]:
         """Return gaits made by hand, by name, as genomes (genes,).
 

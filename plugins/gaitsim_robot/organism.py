@@ -17,6 +17,7 @@ from gaitsim.contracts import (
     Condition,
     Controller,
     Facts,
+    FittedGait,
     Genomes,
     Measure,
     Motion,
@@ -77,6 +78,7 @@ from gaitsim_robot.simulation import FRAME_RATE, Simulation
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
+FASTEST = 5.0  # Hz
 Share = Annotated[float, Field(ge=0.05, le=20)]
 HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
 DRIVEN = 60.0  # s, walk for which uneven ground is large enough under a driver, for any duration
@@ -198,7 +200,11 @@ class Robot(Organism):
         "take turns; with 'wave', steps run from back to front",
     )
     fastest_stride: float = option(
-        2.5, "upper bound of the frequency gene, in strides per second", unit="Hz", gt=0.5, le=5
+        2.5,
+        "upper bound of the frequency gene, in strides per second",
+        unit="Hz",
+        gt=0.5,
+        le=FASTEST,
     )
     heading: float = option(
         0.0,
@@ -496,6 +502,19 @@ class Robot(Organism):
         states = {name: one.start(rhythm.legs, weights[name]) for name, one in scalar.items()}
         own = np.array([rhythm.own_speed[0], 0.0, 0.0, 0.0])
         return Controller(rhythm, scalar, states, own, rhythm.limits[0], 1 / FRAME_RATE)
+
+    def fit_gait(self, joint_angles: Array, frequency: float, frame_rate: float) -> FittedGait:
+        """Return a gait of sines, with the reflex `heading` unless the robot has reflexes."""
+        options = {
+            "encoding": "sine",
+            "symmetry": "none",
+            "fastest_stride": min(max(self.fastest_stride, frequency), FASTEST),
+            "reflexes": self.reflexes or {"heading": {}},
+        }
+        robot = self.model_copy(update=options)
+        genome, angles = robot._encoding.fit(joint_angles, frequency, frame_rate)
+        genome = np.concatenate([genome, robot._instincts.start])
+        return FittedGait(options, genome, angles)
 
     def blind(self, genomes: Genomes) -> tuple[Organism, Genomes] | None:
         """Return the robot without reflexes; a drive still moves it."""

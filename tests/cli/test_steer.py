@@ -22,8 +22,8 @@ def test_steering_needs_a_terminal(gaitsim):
 
 
 def test_a_body_without_commands_is_rejected_with_alternatives(gaitsim, terminal):
-    said = gaitsim("steer", "spider", code=2).stderr
-    assert "'spider' cannot be steered" in said
+    said = gaitsim("steer", "millipede", code=2).stderr
+    assert "'millipede' cannot be steered" in said
     assert "a body with steering commands" in said
 
 
@@ -66,6 +66,19 @@ def test_presets_files_runs_champions_and_codes_are_steered(gaitsim, cart, opene
     assert np.array_equal(screen._load()._controllers["gait"], first)
     assert screen.command_line() == "gaitsim steer cart.toml --controller gait=cart@1"
     assert screen._record.name == "mine"
+
+
+def test_gaits_of_the_spider_are_steered_in_physics(gaitsim, opened, spider_run):
+    said = gaitsim("steer", "spider", "--set", "organism.friction=0.6").stderr
+    assert "spider's gait, played by spider-physics" in said
+    drive = opened.pop()._load()
+    assert drive.notice in said.replace("\n", " ")
+    assert drive.experiment.organism.friction == 0.6
+    assert drive.experiment.organism.reflexes.keys() == {"heading"}
+    drive.give("faster")
+    assert drive.notice == ""
+    error = gaitsim("steer", str(spider_run.path), code=2).stderr  # an orbit of a recurrence
+    assert "cannot be played as a rhythm" in error
 
 
 def test_the_default_is_the_fly(gaitsim, opened):

@@ -130,3 +130,13 @@ def test_an_individual_is_exported(tmp_path):
     header = (tmp_path / "walk" / "gait.h").read_text()
     speed = float(re.search(r"#define GAIT_SPEED (\S+)", header)[1])
     assert speed == pytest.approx(experiment.organism.controller(genome).command[0])
+
+
+@pytest.mark.parametrize(("format", "header"), [("c", "gait.h"), ("ros2-package", "src/gait.h")])
+def test_a_gait_of_the_spider_is_exported_for_its_twin(tmp_path, format, header):
+    experiment = gs.load_experiment("spider")
+    genome = next(iter(experiment.organism.starts().values()))
+    done = gs.export(Individual(experiment, 0.0, {}, 1, genome), tmp_path / "walk", format)
+    assert "24 joints, 8 legs, reflexes: heading" in done.summary
+    assert "played by spider-physics" in done.notices[0]
+    assert "#define GAIT_NEEDS_ORIENTATION 1" in (tmp_path / "walk" / header).read_text()

@@ -61,6 +61,27 @@ def feet(coder, angles):
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
+def test_a_fitted_gait_reproduces_sines(robot):
+    coder = encoding(robot, "sine")
+    rng, joints = np.random.default_rng(2), len(coder.anatomy.joints)
+    amplitude, offset = rng.uniform(0.05, 0.2, joints), rng.uniform(-0.1, 0.1, joints)
+    delay, frequency, rate = rng.uniform(-3, 3, joints), 1.3, 30.0
+    turn = 2 * np.pi * frequency * np.arange(round(4 * rate / frequency))[:, None] / rate
+    noise = 0.01 * np.sin(3 * turn)
+    lower, upper = coder._limits
+    sines = np.clip(coder._standing + offset, lower + 0.2, upper - 0.2)
+    sines = sines + amplitude * np.sin(turn + delay)
+    gait, angles = coder.fit(sines + noise, frequency, rate)
+    assert np.abs(angles - sines).max() < 0.002
+    # The tape of the genome is these sines, from the end of its start.
+    tape, strides = coder.commands(gait[None], 100)
+    assert strides[0] == frequency
+    time = np.arange(50, 100)[:, None] / FRAME_RATE
+    expected = sines.mean(axis=0) + amplitude * np.sin(2 * np.pi * frequency * time + delay)
+    assert np.abs(tape[0, 50:] - expected).max() < 0.005
+
+
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_forward_kinematics_agree_with_mujoco(robot):
     coder = encoding(robot)
     lower, upper = coder._limits
