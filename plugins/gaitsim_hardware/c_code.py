@@ -188,7 +188,7 @@ def c_code(controller: Controller, title: str) -> CCode:
         size,
         numbers * DOUBLE,
         f"{joints} joints, {legs} legs, reflexes: {names}; {size / 1000:.1f} kB of tables, "
-        f"{numbers * DOUBLE / 1000:.1f} kB of state, and 6 to 12 kB of code",
+        f"{numbers * DOUBLE / 1000:.1f} kB of state, and 5 to 9 kB of code",
     )
 
 
