@@ -29,6 +29,7 @@ from gaitsim.experiment.loading import check_functions_match, python_experiment,
 from gaitsim.gait.changed import with_world
 from gaitsim.gait.checks import CheckResults, check_gait
 from gaitsim.gait.feedback import FeedbackResults, compare_blind
+from gaitsim.gait.report import gait_warnings
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member, Which
 from gaitsim.live.process import detach, stop
@@ -46,6 +47,7 @@ from gaitsim.runs.overview import State
 from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
+from gaitsim.steering import driven
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -316,6 +318,7 @@ class Run(ReprMixin):
         *,
         member: int | None = None,
         world: World | None = None,
+        drive: Sequence[Mapping[str, float]] | None = None,
     ) -> Individual:
         """Return the best individual of a generation, or a member of the front or archive.
 
@@ -324,16 +327,25 @@ class Run(ReprMixin):
             member: number of a member of the front or archive to return instead, counted from 1.
             world: conditions of the body's world, such as `{"friction": 0.4}`; None for the
                 body's own world.
+            drive: commands over time to a robot, such as
+                `[{"speed": 0.2}, {"at": 5.0, "turn": 30.0}]`: `at` in s, `speed` and `sideways` in
+                m/s, `turn` in °/s, `height` in m; None for the gait as it evolved.
 
         Raises:
-            GaitsimError: both generation and member are given, or the body does not support the
-                conditions.
+            GaitsimError: both generation and member are given, the body does not support the
+                conditions, or it cannot be driven.
             RunError: the generation or member does not exist, or all its individuals failed.
         """
         if generation is not None and member is not None:
             raise GaitsimError("'generation' and 'member' cannot be combined", where=ARGUMENTS)
         found = self.snapshot.individual(generation if member is None else Member(member))
-        return with_world(found, world) if world else found
+        found = with_world(found, world) if world else found
+        if drive is None:
+            return found
+        found = driven(found, drive)
+        for text in gait_warnings(found):
+            warn(text)
+        return found
 
     def in_worlds(
         self,

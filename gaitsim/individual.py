@@ -16,7 +16,7 @@ from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.registry.python_plugins import MissingFitness
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.toml import brief
+from gaitsim.toml import brief, shortened
 
 
 class Measurement(NamedTuple):
@@ -137,7 +137,7 @@ class Individual(ReprMixin):
     def _changes_text(self) -> str:
         """Damage, conditions of the world and other changes, each preceded by a comma."""
         other = (
-            f"{key.removeprefix('organism.')} {brief(value)}"
+            f"{key.removeprefix('organism.')} {shortened(brief(value))}"
             for key, value in self.changes.items()
             if key not in ("organism.damage", f"organism.{WORLD}")
         )

@@ -2,7 +2,7 @@
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,6 +17,7 @@ from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton, Stee
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import (
+    WORLD,
     Experiment,
     Overrides,
     load_experiment,
@@ -29,7 +30,7 @@ from gaitsim.experiment.model import (
     UNCONSTRAINED,
     Evolution,
 )
-from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin
+from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin, with_changed_body
 from gaitsim.gait.travel import heading, size, trunk
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error, plugin_errors
@@ -44,6 +45,8 @@ MOST_PATH_POINTS = 6000  # points of the path, at most
 MOST_CATCH_UP = 1.0  # seconds simulated at once, at most; a longer gap counts as a pause
 SPEED_WINDOW = 0.25  # seconds over which speeds are averaged
 RECORDED = "recorded drive"  # for messages
+DRIVE = "drive"  # option of bodies that repeat drives
+LINGER = 2.0  # s, least time after the last command of a drive
 DRIVEN = "-drive"  # end of the names of recorded drives
 SHARES = "shares"  # channel of a steered motion, (1, frames, commands)
 
@@ -230,6 +233,56 @@ def individual_subject(
     if overrides:
         experiment = with_overrides(experiment, overrides)
     return experiment, individual_controllers(experiment, genome, reference), twin.about
+
+
+def driven(individual: Individual, drive: Sequence[Mapping[str, float]]) -> Individual:
+    """Return an individual under a drive, with the score of its motion.
+
+    Its body first measures how the gait follows commands, as before a drive with the keyboard. A
+    gait of a kinematic body is played by its twin in physics. The motion lasts at least two seconds
+    longer than the last entry.
+
+    Args:
+        individual: individual of a run.
+        drive: commands over time, as in the body's option `drive`.
+
+    Raises:
+        GaitsimError: the body cannot be driven, or the drive is invalid.
+    """
+    entries = _entries(drive)
+    if has_rhythm_on_twin(individual):
+        individual = rhythm_on_twin(individual).individual
+    experiment, genome = individual.experiment, individual.genome
+    organism, entry = experiment.organism, experiment.entries["organism"]
+    if genome is None or DRIVE not in type(organism).model_fields:
+        what = "a gait from a file" if genome is None else f"the body {entry.name!r}"
+        raise GaitsimError(
+            f"{what} cannot be driven",
+            where=DRIVE,
+            allowed="an individual of a body with the option 'drive', such as a legged robot",
+        )
+    controllers = individual_controllers(experiment, genome, str(individual.source or "drive"))
+    with plugin_errors(entry, "preparing to be driven"):
+        options = dict(organism.steer(controllers).drive())
+    last = entries[-1].get("at", 0.0) if entries else 0.0
+    options |= {
+        DRIVE: entries,
+        "duration": max(float(getattr(organism, "duration", 0.0)), last + LINGER),
+    }
+    kept = {key: value for key, value in _keys(options).items() if key != f"organism.{WORLD}"}
+    found = with_changed_body(individual, kept, DRIVE)
+    return replace(found, changes={**individual.changes, f"organism.{DRIVE}": entries})
+
+
+def _entries(drive: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
+    try:
+        return [{str(name): float(value) for name, value in entry.items()} for entry in drive]
+    except (AttributeError, TypeError, ValueError):
+        raise GaitsimError(
+            f"not a drive: {drive!r:.200}",
+            where=DRIVE,
+            allowed='a list of dicts such as {"at": 2.0, "speed": 0.2, "turn": 30.0}',
+        ) from None
 
 
 class Drive:

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from kite import COMMANDS, CONTROLLERS, fly_kites
 
+from gaitsim import steering
 from gaitsim.api import evolve, load
 from gaitsim.contracts import Motion
 from gaitsim.errors import ContractError, GaitsimError
 from gaitsim.experiment import with_overrides
+from gaitsim.individual import Individual
 from gaitsim.steering import (
     Drive,
     controllers_of,
@@ -189,3 +191,42 @@ def test_bodies_that_cannot_repeat_a_drive_are_reported(kite, cart, monkeypatch,
     with pytest.raises(GaitsimError, match="cannot repeat the drive: it slips"):
         slippery.save()
     assert not [*tmp_path.glob("runs/*")]
+
+
+def test_a_champion_is_driven_in_python(cart, tmp_path):
+    for _ in evolve(cart, out=tmp_path / "cart", seed=1):
+        pass
+    run = load(tmp_path / "cart")
+    drive = [{"at": 0, "speed": 0.1, "turn": 0}, {"at": np.float32(1), "speed": 0, "turn": 0.5}]
+    champion = run.replay(drive=drive)
+    organism = champion.experiment.organism
+    assert organism.drive == drive
+    assert organism.duration == 3.0
+    expected = organism.move(run.champion.genome[None])
+    assert np.array_equal(champion.motion["place"], expected["place"])
+    assert champion.score == champion.replayed_score
+    assert "drive [{at = 0.0, speed = 0.1, " in champion.label
+    # A recorded drive is such a list, too.
+    recorded = driven(cart)
+    path = recorded.save(tmp_path / "recorded")
+    again = run.replay(drive=load(path).experiment.organism.drive)
+    assert len(again.experiment.organism.drive) == len(load(path).experiment.organism.drive) > 3
+
+
+@pytest.mark.parametrize(
+    ("drive", "says"),
+    [
+        (3, "not a drive: 3"),
+        ({"at": 0.0}, "not a drive"),
+        ([{"at": "soon"}], "not a drive"),
+    ],
+)
+def test_invalid_drives_are_refused(cart, drive, says):
+    genome = cart.organism.starts()["slow"]
+    with pytest.raises(GaitsimError, match=says):
+        steering.driven(Individual(cart, 0.0, {}, 1, genome), drive)
+
+
+def test_other_bodies_are_not_driven(puppet_run):
+    with pytest.raises(GaitsimError, match="'puppet' cannot be driven"):
+        load(puppet_run().path).replay(drive=[{"speed": 0.2}])

@@ -5,6 +5,8 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
+from gaitsim.individual import Individual
+from gaitsim.steering import driven as driven_individual
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.steering import COMMANDS, STEPS
 
@@ -147,3 +149,19 @@ def test_wrong_commands_genomes_and_engines_are_refused():
         steered.advance(0)
     with pytest.raises(GaitsimError, match="at most 600 s"):
         steered.advance(30_001)
+
+
+def test_a_recorded_drive_is_repeated_in_python_bit_for_bit():
+    experiment = load_experiment("hexapod", {"organism.world": {"unevenness": 0.004}})
+    genome = next(iter(experiment.organism.starts().values()))
+    steered = experiment.organism.steer({"gait": genome})
+    steered.give("faster")
+    steered.advance(25)
+    for command in ("faster", "left", "push"):
+        steered.give(command)
+    recorded = steered.advance(100)
+    found = driven_individual(Individual(experiment, 0.0, {}, 1, genome), steered.drive()["drive"])
+    assert found.motion["torso"].shape[1] == 501  # 10 s, as without a drive
+    assert np.array_equal(found.motion["torso"][:, 26:126], recorded["torso"])
+    with pytest.raises(GaitsimError, match="invalid speed in a drive: 99"):
+        driven_individual(found, [{"speed": 99}])
