@@ -1,6 +1,7 @@
 """Videos of a run: its fitness curve, followed by its moving champions."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -35,6 +36,8 @@ class Video(Film):
         changed: Callable[[Individual], Individual] = lambda individual: individual,
     ) -> None:
         settings = settings or RenderSettings()
+        if run.generation == 1:
+            settings = replace(settings, intro=False)  # one point is no curve
         shown = [changed(run.individual(one)) for one in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._stem = shown[0].stem

@@ -68,6 +68,11 @@ def body_data(clip: Clip) -> Json:
         "floor": clip.floor,
         "span": clip.anatomy.span,
         "mark": clip.mark,
+        "said": [
+            [frame, text]
+            for frame, text in enumerate(clip.said)
+            if not frame or text != clip.said[frame - 1]
+        ],
         **(
             _segments(clip, step)
             if skeleton.poses is None

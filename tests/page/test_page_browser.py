@@ -107,6 +107,7 @@ def clip(**changes):
         "floor": 0.0,
         "span": 0.5,
         "mark": 0.02,
+        "said": [],
         "ends": [0, 2, 0, 4],
         "points": pack(points, 1e-5),
         "limbs": [[0, 2, 0.02, 0.01, "limb"], [0, 4, 0.02, 0.01, "damaged"]],

@@ -1,5 +1,6 @@
 """Bodies in motion for a scene: poses between frames, lanes of a race, the aim of the camera."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Skeleton, Terrain
+from gaitsim.contracts import COMMAND, Skeleton, Terrain
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
@@ -54,6 +55,7 @@ class Clip:
         lane: displacement to the left, m.
         depth: height of the drawn ground, m; None derives it from the skeleton.
         named: whether to write the names of the feet beside them.
+        said: what a driver commands in each frame, (frames,); () without a driver.
     """
 
     skeleton: Skeleton
@@ -63,6 +65,7 @@ class Clip:
     lane: float = 0.0
     depth: float | None = None
     named: bool = False
+    said: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         segments, contacts = self.skeleton.segments, self.skeleton.contacts
@@ -216,12 +219,40 @@ def clip_of(individual: Individual, title: str = "", details: str = "", tag: str
     """Return the clip of an individual, with its captions."""
     skeleton = individual.skeleton
     try:
-        return Clip(skeleton, title, details, tag)
+        return Clip(skeleton, title, details, tag, said=_said(individual))
     except GaitsimError as error:
         entry = individual.experiment.entries["organism"]
         raise contract_error(
             entry, f"has a skeleton that cannot be drawn: {error.what}", error.allowed
         ) from None
+
+
+def _said(individual: Individual) -> tuple[str, ...]:
+    """Return the commands of a driven individual in each frame; () without a driver."""
+    if not getattr(individual.experiment.organism, "drive", ()):
+        return ()
+    axes = individual.experiment.organism.channels.get("command")
+    if axes is None or axes.axes != ("frames", COMMAND):
+        return ()
+    return tuple(map(format_command, individual.motion["command"][0].tolist()))
+
+
+def format_command(command: Sequence[float]) -> str:
+    """Format a command, in the order of `COMMAND`, such as 'command 0.20 m/s, 30 °/s left'."""
+    speed, turn, sideways, height = command
+    degrees = round(math.degrees(turn))
+    parts = [f"{round(speed, 2) + 0.0:.2f} m/s"]  # without −0.00
+    if degrees:
+        parts.append(f"{abs(degrees)} °/s {_side(turn)}")
+    if round(sideways, 2):
+        parts.append(f"{abs(sideways):.2f} m/s {_side(sideways)}")
+    if round(height, 3):
+        parts.append(f"{100 * height:+.1f} cm")
+    return f"command {', '.join(parts)}".replace("-", "−")
+
+
+def _side(value: float) -> str:
+    return "left" if value > 0 else "right"
 
 
 MOMENTS = 100  # number of moments at which the bodies are measured

@@ -28,18 +28,21 @@ def format_time(seconds: float) -> str:
 
 
 def format_moment(clip: Clip, pose: Pose, seconds: float) -> str:
-    """Format time, distance and a flying body's altitude, at constant width; '' for a still."""
+    """Format time, distance, a flying body's altitude, and a driver's command; '' for a still."""
     if not clip.seconds:
         return ""
     away = float(np.hypot(*(pose.middle - clip.path[0])[:2]))
-    return _join(clip, min(seconds, clip.seconds), away, float(pose.middle[2]) + clip.floor)
+    now = min(seconds, clip.seconds)
+    said = clip.said[round(now * clip.skeleton.frame_rate)] if clip.said else ""
+    return _join(clip, now, away, float(pose.middle[2]) + clip.floor, said)
 
 
 def widest_moment(clip: Clip) -> str:
     """Return a string about as wide as the widest result of `format_moment`."""
     away = float(np.hypot(*(clip.path - clip.path[0])[:, :2].T).max())
     altitude = clip.path[:, 2] + clip.floor
-    return _join(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]))
+    said = max(clip.said, key=len, default="")
+    return _join(clip, clip.seconds, away, float(altitude[np.abs(altitude).argmax()]), said)
 
 
 def format_progress(clip: Clip, pose: Pose, seconds: float) -> str:
@@ -61,11 +64,11 @@ def format_length(clip: Clip, metres: float) -> str:
     return (f"{100 * metres:.1f} cm" if small else f"{metres:.2f} m").replace("-", "−")
 
 
-def _join(clip: Clip, seconds: float, away: float, altitude: float) -> str:
+def _join(clip: Clip, seconds: float, away: float, altitude: float, said: str) -> str:
     words = [format_time(seconds), f"distance {format_length(clip, away)}"]
-    return "   ".join(
-        [*words, f"altitude {format_length(clip, altitude)}"][: 3 if clip.flies else 2]
-    )
+    if clip.flies:
+        words.append(f"altitude {format_length(clip, altitude)}")
+    return "   ".join([*words, said] if said else words)
 
 
 DPI = 64  # a power of two, so that sizes in pixels are exact in inches

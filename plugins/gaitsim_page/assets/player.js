@@ -188,12 +188,14 @@ class Player {
     if (this.stage) this._showPosition(this.recordings[this.selected].at(now));
   }
 
-  /** Show the distance and altitude of the selected body. @param {Pose} pose */
-  _showPosition({ centre }) {
+  /** Show distance, altitude and command of the selected body. @param {Pose & {frame: number}} pose */
+  _showPosition({ centre, frame }) {
     const { clip, values } = this.recordings[this.selected];
     const gone = Math.hypot(centre[0] - values.centre[0], centre[1] - values.centre[1]);
     const parts = [`distance ${lengthText(gone)}`];
     if (clip.flies) parts.push(`altitude ${lengthText(centre[2])}`);
+    const said = clip.said.filter(([first]) => first <= frame).at(-1);
+    if (said) parts.push(said[1]);
     this.place.textContent = parts.join("   ");
   }
 
