@@ -86,6 +86,12 @@ class Inputs:
     reach: Floats
     rate: Floats
 
+    @classmethod
+    def unchanged(cls, command: Floats, legs: int) -> "Inputs":
+        """Return the inputs before any reflex, with a copy of the command, (population, 4)."""
+        shape = len(command), legs
+        return cls(command.copy(), np.ones(shape), np.zeros(shape), np.ones(shape))
+
 
 class Reflex(Plugin):
     """A rule that changes a gait by what the body feels.

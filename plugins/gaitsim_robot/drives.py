@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Motion, Rhythm
+from gaitsim.contracts import COMMAND, Inputs, Motion, Rhythm
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.portable import cos, sin
 
@@ -90,12 +90,12 @@ def clipped_commands(drive: Sequence[Mapping[str, float]], rhythm: Rhythm) -> st
     """
     from gaitsim_robot.rhythm import RhythmState, advance  # Numba takes a while to import
 
-    count, legs = len(drive), len(rhythm.names)
+    count = len(drive)
     rhythms = rhythm.select(np.zeros(count, dtype=np.intp))
-    state, ones = RhythmState(rhythms), np.ones((count, legs))
+    state, walking = RhythmState(rhythms), np.ones(count, dtype=np.bool_)
     commands = targets([{**entry, "at": at} for at, entry in enumerate(drive)], count, 1.0)
-    walking = np.ones(count, dtype=np.bool_)
-    advance(rhythms, state, walking, commands, ones, np.zeros((count, legs)), ones, 0.02)
+    inputs = Inputs.unchanged(commands, len(rhythm.names))
+    advance(rhythms, state, walking, inputs, 0.02)
     worst = int(np.argmin(state.scale))
     if state.scale[worst] >= SHORTENED:
         return ""

@@ -116,22 +116,10 @@ class Pilot:
             state.phase(rhythm),
             rhythm.duty[:, None],
         )
-        legs = len(rhythm), len(rhythm.names)
-        inputs = self.inputs = Inputs(
-            self.command.copy(), np.ones(legs), np.zeros(legs), np.ones(legs)
-        )
+        inputs = self.inputs = Inputs.unchanged(self.command, len(rhythm.names))
         for name, reflex in self._reflexes.items():
             reflex.step(self._states[name], seen, inputs, self._interval)
-        angles = self._advance(
-            rhythm,
-            state,
-            walking,
-            inputs.command,
-            inputs.stride,
-            inputs.reach,
-            inputs.rate,
-            self._interval,
-        )
+        angles = self._advance(rhythm, state, walking, inputs, self._interval)
         self.heading += self.command[:, 1] * state.scale * state.activity * self._interval
         return angles
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.contracts import SAMPLES, Rhythm
+from gaitsim.contracts import SAMPLES, Inputs, Rhythm
 from gaitsim.portable.compiled import sin_and_cos
 
 Floats = NDArray[np.float64]
@@ -58,10 +58,7 @@ def advance(
     rhythm: Rhythm,
     state: RhythmState,
     walking: NDArray[np.bool_],
-    command: Floats,
-    stride: Floats,
-    reach: Floats,
-    rate: Floats,
+    inputs: Inputs,
     interval: float,
 ) -> Floats:
     """Advance the rhythms by one control step.
@@ -70,20 +67,17 @@ def advance(
         rhythm: rhythms of the population.
         state: their state, changed in place.
         walking: whether each individual should walk, (population,), or stand.
-        command: commands with the changes of reflexes, (population, 4), as `COMMAND`.
-        stride: factors of the strokes, (population, legs).
-        reach: additional lengths of the legs, (population, legs) m.
-        rate: factors of the speed of the phases, (population, legs).
+        inputs: commands with the changes of reflexes.
         interval: duration of the step, s.
 
     Returns:
         The joint angles, (population, joints) rad; a view of the state.
     """
-    r = rhythm
+    r, i = rhythm, inputs
     _advance(
         r.first, r.anchors, r.axes, r.tips, r.standing, r.lower, r.upper, r.speed_limit, r.weights,
         r.length, r.frequency, r.duty, r.offset, r.centre, r.stroke, r.path, r.longest, r.gains,
-        r.own_speed, walking, command, stride, reach, rate, interval,
+        r.own_speed, walking, i.command, i.stride, i.reach, i.rate, interval,
         state.clock, state.lead, state.activity, state.angles, state.scale,
     )  # fmt: skip
     return state.angles
@@ -97,7 +91,7 @@ def _advance(
     command: Any, stride: Any, reach: Any, rate: Any, interval: Any,
     clock: Any, lead: Any, activity: Any, angles: Any, scale: Any,
 ) -> None:  # fmt: skip
-    """Advance the rhythms; the arguments are those of `advance`, `Rhythm` and `RhythmState`."""
+    """Advance the rhythms; for the arguments, see `advance`, `Rhythm`, `Inputs`, `RhythmState`."""
     legs = len(first) - 1
     middle_x, middle_y = tips[:, 0].mean(), tips[:, 1].mean()
     strokes = np.empty((legs, 2))

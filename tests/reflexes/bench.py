@@ -29,12 +29,7 @@ def observation(population=1, legs=4, **parts):
 
 def inputs_of(seen):
     """Return the inputs before any reflex."""
-    return Inputs(
-        seen.command.copy(),
-        np.ones_like(seen.phase),
-        np.zeros_like(seen.phase),
-        np.ones_like(seen.phase),
-    )
+    return Inputs.unchanged(seen.command, seen.phase.shape[1])
 
 
 def start(reflex, population=1, weights=None):

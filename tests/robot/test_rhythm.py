@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from gaitsim.contracts import Inputs
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rhythm import RAMP_TIME, RhythmState, advance
 
@@ -25,18 +26,15 @@ def start(body, count=1):
 
 def play(rhythm, command, frames, *, walking=True, reach=None):
     """Return the joint angles of a population with one command, (frames, population, joints)."""
-    state, legs = RhythmState(rhythm), (len(rhythm), len(rhythm.names))
-    own = np.ones(legs)
-    reach = np.zeros(legs) if reach is None else reach
-    return np.array(
-        [
-            advance(
-                rhythm, state, np.full(len(rhythm), walking), np.tile(command, (len(rhythm), 1)),
-                own, reach, own, INTERVAL,
-            ).copy()
-            for _ in range(frames)
-        ]
-    )  # fmt: skip
+    state, walks = RhythmState(rhythm), np.full(len(rhythm), walking)
+    inputs = inputs_of(rhythm, np.tile(command, (len(rhythm), 1)))
+    if reach is not None:
+        inputs.reach[:] = reach
+    return np.array([advance(rhythm, state, walks, inputs, INTERVAL).copy() for _ in range(frames)])
+
+
+def inputs_of(rhythm, command):
+    return Inputs.unchanged(np.array(command), len(rhythm.names))
 
 
 def place_feet(body, angles):
@@ -103,11 +101,10 @@ def test_stance_feet_move_as_on_the_ground(model, command):
 def test_standing_returns_to_the_standing_pose():
     body = robot("hexapod")
     rhythm = body._encoding.rhythm(start(body))
-    state, legs = RhythmState(rhythm), (1, 6)
-    command, one = np.array([[0.2, 0.2, 0.0, 0.0]]), np.ones(legs)
+    state, inputs = RhythmState(rhythm), inputs_of(rhythm, [[0.2, 0.2, 0.0, 0.0]])
     for frame in range(200):
         walks = np.array([frame < 100])
-        angles = advance(rhythm, state, walks, command, one, 0 * one, one, INTERVAL)
+        angles = advance(rhythm, state, walks, inputs, INTERVAL)
         if frame == 99:
             assert np.abs(angles[0] - rhythm.standing).max() > np.radians(5)
     np.testing.assert_allclose(angles[0], rhythm.standing, atol=1e-6)
@@ -127,10 +124,10 @@ def test_height_and_reach_move_the_feet():
 def test_long_strokes_are_shortened_for_all_legs():
     body = robot("hexapod")
     rhythm = body._encoding.rhythm(start(body))
-    state, one = RhythmState(rhythm), np.ones((1, 6))
+    state = RhythmState(rhythm)
     for factor, scale in ((0.5, 1.0), (1.0, 1.0), (4.0, 0.25)):
-        command = factor * np.array([[rhythm.limits[0, 0], 0.0, 0.0, 0.0]])
-        advance(rhythm, state, np.array([True]), command, one, 0 * one, one, INTERVAL)
+        inputs = inputs_of(rhythm, [[factor * rhythm.limits[0, 0], 0.0, 0.0, 0.0]])
+        advance(rhythm, state, np.array([True]), inputs, INTERVAL)
         assert state.scale[0] == pytest.approx(scale)
 
 
@@ -148,15 +145,15 @@ def test_commands_stay_within_angles_and_speeds():
 def test_rates_of_legs_return_to_the_gait():
     body = robot("hexapod")
     rhythm = body._encoding.rhythm(start(body))
-    state, one = RhythmState(rhythm), np.ones((1, 6))
-    command = np.array([[rhythm.own_speed[0], 0.0, 0.0, 0.0]])
-    rate = one.copy()
-    rate[0, 2] = 2.0
+    state = RhythmState(rhythm)
+    inputs = inputs_of(rhythm, [[rhythm.own_speed[0], 0.0, 0.0, 0.0]])
+    inputs.rate[0, 2] = 2.0
     for _ in range(10):
-        advance(rhythm, state, np.array([True]), command, one, 0 * one, rate, INTERVAL)
+        advance(rhythm, state, np.array([True]), inputs, INTERVAL)
     ahead = state.lead[0].copy()
     assert ahead[2] > 0.1
     assert not np.delete(ahead, 2).any()
+    inputs.rate[:] = 1.0
     for _ in range(100):
-        advance(rhythm, state, np.array([True]), command, one, 0 * one, one, INTERVAL)
+        advance(rhythm, state, np.array([True]), inputs, INTERVAL)
     assert 0 < state.lead[0, 2] < 0.01 * ahead[2]

@@ -79,18 +79,13 @@ class Trial:
         seen = observe(self.legs, self.reflex.needs, step)
         return Observation(**{name: values[self.rows] for name, values in arrays(seen).items()})
 
-    def inputs(self, seen: Observation) -> Inputs:
-        """Return the inputs of the rhythm before the reflex."""
-        rest = np.ones_like(seen.phase), np.zeros_like(seen.phase), np.ones_like(seen.phase)
-        return Inputs(seen.command.copy(), *rest)
-
     def run(self, steps: int = STEPS) -> dict[str, Any]:
         """Return the inputs after each step, and the state at the end, by name."""
         state = self.start()
         found: dict[str, Any] = {}
         for step in range(steps):
             seen = self.observe(step)
-            inputs = self.inputs(seen)
+            inputs = Inputs.unchanged(seen.command, len(self.legs.names))
             self.reflex.step(state, seen, inputs, INTERVAL)
             found |= {f"{name} of step {step}": value for name, value in arrays(inputs).items()}
         return found | {f"state {name!r}": values for name, values in state.items()}
@@ -136,7 +131,7 @@ def _check_step(trial: Trial) -> Iterator[Finding]:
     state, fix = trial.start(), "assign to slices: inputs.reach[:] = …, or state['x'] += …"
     for step in range(STEPS):
         seen, kept = trial.observe(step), trial.observe(step)
-        inputs = trial.inputs(seen)
+        inputs = Inputs.unchanged(seen.command, len(trial.legs.names))
         before, places = dict(state), arrays(inputs)
         shapes = [values.shape for values in (*state.values(), *places.values())]
         trial.reflex.step(state, seen, inputs, INTERVAL)
