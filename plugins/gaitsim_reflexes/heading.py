@@ -19,10 +19,10 @@ class Heading(Reflex):
 
     gain: float = option(4.0, "turning speed per angle off course", unit="1/s", ge=0, le=50)
     integral_gain: float = option(
-        0.5, "change of the turning speed per angle off course and second", unit="1/s²", ge=0, le=50
+        1.0, "change of the turning speed per angle off course and second", unit="1/s²", ge=0, le=50
     )
-    limit: float = option(30.0, "largest correction", unit="°/s", ge=0, le=360)
-    bound: float = option(10.0, "largest part of the integral in it", unit="°/s", ge=0, le=360)
+    limit: float = option(90.0, "largest correction", unit="°/s", ge=0, le=360)
+    bound: float = option(45.0, "largest part of the integral in it", unit="°/s", ge=0, le=360)
 
     portable: ClassVar[bool] = True
     needs: ClassVar[tuple[str, ...]] = ("orientation",)

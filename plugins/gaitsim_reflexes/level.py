@@ -18,10 +18,10 @@ class Level(Reflex):
     of a level trunk do not follow a slope uphill or downhill, so by default, only roll counts.
     """
 
-    pitch: float = option(0.0, "share of the pitch that it levels", ge=0, le=1)
+    pitch: float = option(0.5, "share of the pitch that it levels", ge=0, le=1)
     gain: float = option(0.3, "change of a leg's length per height of its hip", ge=0, le=5)
     integral_gain: float = option(
-        1.0, "change of a leg's length per height of its hip and second", unit="1/s", ge=0, le=20
+        0.0, "change of a leg's length per height of its hip and second", unit="1/s", ge=0, le=20
     )
     damping: float = option(
         0.02, "change of a leg's length per vertical speed of its hip", unit="s", ge=0, le=1
