@@ -15,7 +15,8 @@ class Level(Reflex):
     The vestibulospinal reflex of Fukuoka, Kimura and Cohen 2003, by lengths instead of angles. The
     change follows the height of each hip above that of a level trunk, for small angles, its
     integral, and its speed. On a slope, the trunk stays level as far as the legs reach. The strokes
-    of a level trunk do not follow a slope uphill or downhill, so by default, only roll counts.
+    of a level trunk do not follow a slope uphill or downhill, so by default, half of the pitch
+    counts, and without an integral, which would level it completely.
     """
 
     pitch: float = option(0.5, "share of the pitch that it levels", ge=0, le=1)
