@@ -48,10 +48,10 @@ def test_a_gain_divides_the_slope():
 
 
 def test_the_integral_levels_the_trunk_up_to_the_limit():
-    tilt, reach = settle(Level(pitch=1.0, limit=0.15), SLOPE)
+    tilt, reach = settle(Level(pitch=1.0, integral_gain=1.0, limit=0.15), SLOPE)
     assert np.abs(tilt).max() < 1e-6
     assert trunk(reach, SLOPE) == pytest.approx([0, 0], abs=1e-6)
-    tilt, reach = settle(Level(pitch=1.0, limit=0.01), SLOPE)
+    tilt, reach = settle(Level(pitch=1.0, integral_gain=1.0, limit=0.01), SLOPE)
     assert np.abs(reach).max() == pytest.approx(0.01 * LEGS.length)
     assert np.hypot(*tilt) > 0.5 * np.hypot(*SLOPE)
 
@@ -64,6 +64,6 @@ def test_damping_opposes_the_speed():
 
 def test_a_share_of_the_pitch_counts():
     seen = observation(orientation=[[0.0, 0.1, 0.0]], rates=[[0.0, 0.1, 0.0]])
-    assert (step(Level(), seen).reach == 0).all()
+    assert (step(Level(pitch=0.0), seen).reach == 0).all()
     full, half = (step(Level(pitch=share, limit=0.5), seen).reach for share in (1.0, 0.5))
     assert half == pytest.approx(full / 2)
