@@ -244,20 +244,16 @@ class Rhythm:
 
 @dataclass(frozen=True, eq=False)
 class Controller:
-    """A gait that feels, as an exporter needs it: rhythm, reflexes and nominal command.
+    """A gait that feels, as an exporter needs it: rhythm and reflexes.
 
     Attributes:
         rhythm: rhythm of one individual.
         reflexes: reflexes by name in order, with the values of its genes as options.
         states: state of each reflex at the start, arrays (1, …) by name.
-        command: command without a driver, (4,): the individual's own speed.
-        limits: largest commands of `COMMAND`, (4,).
         interval: duration of a control step, s.
     """
 
     rhythm: Rhythm
     reflexes: Mapping[str, Reflex]
     states: Mapping[str, Mapping[str, Floats]]
-    command: Floats
-    limits: Floats
     interval: float

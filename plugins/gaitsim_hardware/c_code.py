@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import OBSERVATIONS, SAMPLES, Controller, Exported, Organism, Reflex
+from gaitsim.contracts import COMMAND, OBSERVATIONS, SAMPLES, Controller, Exported, Organism, Reflex
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin
 from gaitsim.gait.gait_files import check_parent
@@ -127,7 +127,7 @@ def c_code(controller: Controller, title: str) -> CCode:
     """Return a gait as C99.
 
     Args:
-        controller: rhythm, reflexes and command.
+        controller: rhythm and reflexes.
         title: title of the gait, one line.
 
     Raises:
@@ -146,12 +146,10 @@ def c_code(controller: Controller, title: str) -> CCode:
         "LEGS": str(legs),
         "JOINTS": str(joints),
         **{
-            f"MAX_{name}": _literal(limit)
-            for name, limit in zip(
-                ("SPEED", "TURN", "SIDEWAYS", "HEIGHT"), controller.limits, strict=True
-            )
+            f"MAX_{name.upper()}": _literal(limit)
+            for name, limit in zip(COMMAND, rhythm.limits[0], strict=True)
         },
-        "SPEED": _literal(controller.command[0]),
+        "SPEED": _literal(rhythm.own_speed[0]),
         "INTERVAL": _literal(np.float64(controller.interval)),
         "NEEDS": "\n".join(
             f"#define GAIT_NEEDS_{name.upper()} {int(name in needs)}" for name in OBSERVATIONS

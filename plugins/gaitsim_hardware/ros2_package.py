@@ -52,7 +52,7 @@ def export_package(individual: Individual, folder: Path) -> Exported:
     texts = {
         "NAME": name,
         "RATE": str(round(1 / controller.interval)),
-        "SPEED": f"{controller.command[0]:.3f}",
+        "SPEED": f"{controller.rhythm.own_speed[0]:.3f}",
         "LEGS_TEXT": ", ".join(map(as_comment, controller.rhythm.names)),
     }
     # Each file has its own quotes.

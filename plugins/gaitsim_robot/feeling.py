@@ -279,8 +279,8 @@ def check_needs(reflexes: Mapping[str, Reflex], sensors: Sequence[str]) -> None:
             )
 
 
-def select_options(reflex: Reflex, individuals: NDArray[Any]) -> Reflex:
-    """Return a reflex with the evolved options, (population,) each, of some individuals."""
+def select_options(reflex: Reflex, individuals: NDArray[Any] | int) -> Reflex:
+    """Return a reflex with the evolved options, (population,) each, of some individuals or one."""
     evolved = {
         name: value[individuals]
         for name in type(reflex).model_fields

@@ -23,6 +23,8 @@ from gaitsim.contracts import (
     Motion,
     Organism,
     RealSpace,
+    Reflex,
+    Rhythm,
     Rig,
     Skeleton,
     Steered,
@@ -55,7 +57,14 @@ from gaitsim_robot.drives import (
     true_shares,
 )
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
-from gaitsim_robot.feeling import NO_REFLEXES, Pilot, ReflexGenes, check_evolve, check_needs
+from gaitsim_robot.feeling import (
+    NO_REFLEXES,
+    Pilot,
+    ReflexGenes,
+    check_evolve,
+    check_needs,
+    select_options,
+)
 from gaitsim_robot.loading import (
     BUNDLED,
     ServoOptions,
@@ -398,7 +407,7 @@ class Robot(Organism):
         """Return a warning about commands of the drive beyond what a gait can do."""
         if not self.drive:
             return ()
-        found = clipped_commands(self.drive, self.pilot(genome[None]).rhythm)
+        found = clipped_commands(self.drive, self._gaits(genome[None])[0])
         return (found,) if found else ()
 
     @classmethod
@@ -412,11 +421,11 @@ class Robot(Organism):
 
     def genome_space(self) -> RealSpace:
         """Return the genome space of the encoding, and of the reflexes."""
-        return genome_space((*self._encoding.groups, *self._instincts.groups))
+        return genome_space((*self._encoding.groups, *self._reflex_genes.groups))
 
     def starts(self) -> Mapping[str, Array]:
         """Return gaits made by hand that suit the legs, such as a trot."""
-        own = self._instincts.start
+        own = self._reflex_genes.start
         return {
             name: np.concatenate([start, own]) for name, start in self._encoding.starts().items()
         }
@@ -427,7 +436,7 @@ class Robot(Organism):
         return bool(self.reflexes or self.drive)
 
     @property
-    def _instincts(self) -> ReflexGenes:
+    def _reflex_genes(self) -> ReflexGenes:
         """The reflexes with the genes of their options and weights."""
         if not self.reflexes:
             return NO_REFLEXES
@@ -469,14 +478,16 @@ class Robot(Organism):
 
     def pilot(self, genomes: Genomes) -> Pilot:
         """Return the controllers of a population, standing at the start."""
-        encoding, instincts = self._encoding, self._instincts
-        genes = encoding.genes
-        reflexes, weights = instincts.decode(genomes[:, genes:])
-        rhythm = encoding.rhythm(genomes[:, :genes])
+        gaits = self._gaits(genomes)
+        return Pilot(*gaits, self.sensors, self.world, self.frames, 1 / FRAME_RATE)
+
+    def _gaits(self, genomes: Genomes) -> tuple[Rhythm, dict[str, Reflex], dict[str, Array]]:
+        """Return the rhythms of a population, its reflexes, and their weights, by name."""
+        encoding = self._encoding
+        reflexes, weights = self._reflex_genes.decode(genomes[:, encoding.genes :])
+        rhythm = encoding.rhythm(genomes[:, : encoding.genes])
         rhythm.gains[:] = self.command_gains
-        return Pilot(
-            rhythm, reflexes, weights, self.sensors, self.world, self.frames, 1 / FRAME_RATE
-        )
+        return rhythm, reflexes, weights
 
     def reflex_names(self) -> tuple[str, ...]:
         """Return the names of the reflexes."""
@@ -484,24 +495,10 @@ class Robot(Organism):
 
     def controller(self, genome: Genomes) -> Controller:
         """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
-        robot = self.calibrated(genome)
-        instincts, genes = robot._instincts, robot._encoding.genes
-        rhythm = robot.pilot(genome[None]).rhythm
-        reflexes, weights = instincts.decode(genome[None, genes:])
-        scalar = {
-            name: reflex.model_copy(
-                update={
-                    option: float(getattr(reflex, option)[0])
-                    for option in (
-                        one.split(".")[1] for one in self.evolve if one.startswith(f"{name}.")
-                    )
-                }
-            )
-            for name, reflex in reflexes.items()
-        }
-        states = {name: one.start(rhythm.legs, weights[name]) for name, one in scalar.items()}
-        own = np.array([rhythm.own_speed[0], 0.0, 0.0, 0.0])
-        return Controller(rhythm, scalar, states, own, rhythm.limits[0], 1 / FRAME_RATE)
+        rhythm, evolved, weights = self.calibrated(genome)._gaits(genome[None])
+        reflexes = {name: select_options(reflex, 0) for name, reflex in evolved.items()}
+        states = {name: one.start(rhythm.legs, weights[name]) for name, one in reflexes.items()}
+        return Controller(rhythm, reflexes, states, 1 / FRAME_RATE)
 
     def fit_gait(self, joint_angles: Array, frequency: float, frame_rate: float) -> FittedGait:
         """Return a gait of sines, with the reflex `heading` unless the robot has reflexes."""
@@ -513,7 +510,7 @@ class Robot(Organism):
         }
         robot = self.model_copy(update=options)
         genome, angles = robot._encoding.fit(joint_angles, frequency, frame_rate)
-        genome = np.concatenate([genome, robot._instincts.start])
+        genome = np.concatenate([genome, robot._reflex_genes.start])
         return FittedGait(options, genome, angles)
 
     def blind(self, genomes: Genomes) -> tuple[Organism, Genomes] | None:

@@ -92,7 +92,9 @@ def largest_difference(organism, genome, folder, steps, *flags, seed=3):
     for frame in range(steps):
         if frame == change:
             # Also beyond the limits, and to stand.
-            command = rng.normal(0, 0.8, 4) * controller.limits * rng.choice([0, 1, 1, 1], 4)
+            command = (
+                rng.normal(0, 0.8, 4) * controller.rhythm.limits[0] * rng.choice([0, 1, 1, 1], 4)
+            )
             command *= rng.random() < 0.85
             change += int(rng.integers(50, 250))
         load = np.maximum(rng.normal(0.1, 0.2, (1, legs)), 0.0)

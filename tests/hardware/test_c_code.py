@@ -129,7 +129,7 @@ def test_an_individual_is_exported(tmp_path):
     assert "18 joints, 6 legs, reflexes: none" in done.summary
     header = (tmp_path / "walk" / "gait.h").read_text()
     speed = float(re.search(r"#define GAIT_SPEED (\S+)", header)[1])
-    assert speed == pytest.approx(experiment.organism.controller(genome).command[0])
+    assert speed == pytest.approx(experiment.organism.controller(genome).rhythm.own_speed[0])
 
 
 @pytest.mark.parametrize(("format", "header"), [("c", "gait.h"), ("ros2-package", "src/gait.h")])
