@@ -228,11 +228,10 @@ def individual_subject(
     if offered_commands(own.experiment) or not has_rhythm_on_twin(own):
         experiment = load(overrides)
         return experiment, individual_controllers(experiment, genome, reference), ""
-    twin = rhythm_on_twin(replace(own, source=Path(reference)))
-    experiment, genome = twin.individual.experiment, twin.genome
-    if overrides:
-        experiment = with_overrides(experiment, overrides)
-    return experiment, individual_controllers(experiment, genome, reference), twin.about
+    twin, about = rhythm_on_twin(replace(own, source=Path(reference)))
+    experiment = with_overrides(twin.experiment, overrides) if overrides else twin.experiment
+    assert twin.genome is not None, "the fitted one"
+    return experiment, individual_controllers(experiment, twin.genome, reference), about
 
 
 def driven(individual: Individual, drive: Sequence[Mapping[str, float]]) -> Individual:
@@ -251,7 +250,7 @@ def driven(individual: Individual, drive: Sequence[Mapping[str, float]]) -> Indi
     """
     entries = _entries(drive)
     if has_rhythm_on_twin(individual):
-        individual = rhythm_on_twin(individual).individual
+        individual, _ = rhythm_on_twin(individual)
     experiment, genome = individual.experiment, individual.genome
     organism, entry = experiment.organism, experiment.entries["organism"]
     if genome is None or DRIVE not in type(organism).model_fields:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -204,21 +204,6 @@ def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) ->
 FARTHEST = 5.0  # °, root mean square of the differences up to which a fitted gait is the same gait
 
 
-@dataclass(frozen=True, eq=False)
-class TwinGait:
-    """A gait of a kinematic body that its twin in physics plays as a rhythm with reflexes.
-
-    Attributes:
-        individual: individual of the twin, whose gait follows commands.
-        genome: genome of that individual, (genes,).
-        about: description for the user: the bodies, and the largest difference of a joint angle.
-    """
-
-    individual: Individual
-    genome: NDArray[np.float64]
-    about: str
-
-
 def has_rhythm_on_twin(individual: Individual) -> bool:
     """Return whether gaits of a body follow commands on its twin only."""
     organism = individual.experiment.organism
@@ -229,10 +214,14 @@ def has_rhythm_on_twin(individual: Individual) -> bool:
     )
 
 
-def rhythm_on_twin(individual: Individual) -> TwinGait:
+def rhythm_on_twin(individual: Individual) -> tuple[Individual, str]:
     """Return the gait of an individual's twin that is closest to its joint angles.
 
     The joint angles of the last whole strides are fitted, without the start of the gait.
+
+    Returns:
+        The individual of the twin, whose gait follows commands, and a sentence for the user: the
+        bodies, and the largest difference of a joint angle.
 
     Raises:
         GaitsimError: the body has no twin whose gaits follow commands, or the twin cannot play the
@@ -264,10 +253,8 @@ def rhythm_on_twin(individual: Individual) -> TwinGait:
         f"The {body}'s gait, played by {individual.experiment.organism.twin} as a rhythm with "
         f"reflexes: joint angles within {largest:.1f}°."
     )
-    scored = replace(
-        moved, score=float(found.scores[0]), terms=found.terms_of(0), played=moved.motion
-    )
-    return TwinGait(scored, fitted.genome, about)
+    score = float(found.scores[0])
+    return replace(moved, score=score, terms=found.terms_of(0), played=moved.motion), about
 
 
 def _stride_frequency(individual: Individual, angles: NDArray[np.float64]) -> float:

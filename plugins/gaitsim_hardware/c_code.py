@@ -94,8 +94,8 @@ def with_rhythm(individual: Individual) -> tuple[Individual, tuple[str, ...]]:
     check_controller(individual)
     if not has_rhythm_on_twin(individual):
         return individual, ()
-    twin = rhythm_on_twin(individual)
-    return twin.individual, (twin.about,)
+    twin, about = rhythm_on_twin(individual)
+    return twin, (about,)
 
 
 def _no_controller(individual: Individual) -> GaitsimError:

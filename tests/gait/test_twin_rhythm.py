@@ -22,19 +22,19 @@ def champion(request):
 
 
 def test_a_champion_walks_on_the_twin_as_far_as_its_joint_angles(champion):
-    twin = rhythm_on_twin(champion)
+    twin, about = rhythm_on_twin(champion)
     assert has_rhythm_on_twin(champion)
-    assert not has_rhythm_on_twin(twin.individual)
-    assert "spider-physics" in twin.about
-    assert twin.about.endswith("joint angles within 0.1°.")
+    assert not has_rhythm_on_twin(twin)
+    assert "spider-physics" in about
+    assert about.endswith("joint angles within 0.1°.")
     tape = play_on_twin(champion).measures["forward"]
-    assert twin.individual.measures["forward"] == pytest.approx(tape, rel=0.2)
-    assert twin.individual.replayed_score == twin.individual.score
+    assert twin.measures["forward"] == pytest.approx(tape, rel=0.2)
+    assert twin.replayed_score == twin.score
 
 
 def test_a_champion_turns_as_told(champion):
-    twin = rhythm_on_twin(champion)
-    drive = Drive(twin.individual.experiment, {"gait": twin.genome}, twin.about)
+    twin, about = rhythm_on_twin(champion)
+    drive = Drive(twin.experiment, {"gait": twin.genome}, about)
     for command in ("faster", "faster", "faster", "left"):
         drive.give(command)
     drive.advance_to(1.0)
