@@ -168,9 +168,10 @@ def compare_blind(
         Walks(course_of(one), evaluate_in(one, WORLDS, workers, advance, course_of))
         for one in (individual, blind)
     )
-    return FeedbackResults(
-        tuple(getattr(individual.experiment.organism, "reflexes", ())), feeling, without
-    )
+    experiment = individual.experiment
+    with plugin_errors(experiment.entries["organism"], "naming its reflexes"):
+        reflexes = tuple(experiment.organism.reflex_names())
+    return FeedbackResults(reflexes, feeling, without)
 
 
 def course_of(individual: Individual) -> Course:

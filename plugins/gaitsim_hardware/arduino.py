@@ -96,28 +96,21 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
     if joints > MAX_JOINTS:
         raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {MAX_JOINTS}")
     check_standing(np.round(keyframes.standing, DECIMALS), calibration)
-    servos = [*calibration.joints.values()]
-    boards = 1 + max(servo.board for servo in servos)
+    boards = count_boards(calibration)
     looped = keyframes.loop_from is not None
     header = _HEADER.format(
         name=name,
         joints=joints,
-        boards=boards,
         keyframes=count,
         loop=keyframes.loop_from if looped else "KEYFRAMES",
         loop_comment="" if looped else ": none, the gait is played once",
         interval=round(keyframes.interval * 1e6),
-        names=", ".join(as_comment(name) for name in keyframes.joint_names),
-        board=_join([servo.board for servo in servos]),
-        channel=_join([servo.channel for servo in servos]),
         standing=_join(_rounded(calibration.pulses(keyframes.standing))),
-        # Rounding a limit to 0.01° changes its pulse by less than 1 µs.
-        lowest=_join(_rounded(calibration.pulses(calibration.low))),
-        highest=_join(_rounded(calibration.pulses(calibration.high))),
         ramp=_join(_rounded(_ramp_speeds(calibration))),
         rows="\n".join(
             f"  {{{_join(row)}}}," for row in _rounded(calibration.pulses(keyframes.degrees))
         ),
+        **_servo_texts(calibration),
     )
     program = filled("sketch.ino", {**_board_texts(boards), "TITLE": as_comment(title)})
     return Sketch({f"{name}.ino": program, "gait.h": header}, flash, boards)
@@ -134,21 +127,15 @@ def create_controller_sketch(
         name: name of the sketch.
         title: title of the gait, one line.
     """
-    rhythm, servos = controller.rhythm, [*calibration.joints.values()]
+    rhythm, boards = controller.rhythm, count_boards(calibration)
     code = c_code(controller, title)
-    boards = 1 + max(servo.board for servo in servos)
     zero = calibration.pulses(calibration.servo_angles(0 * rhythm.standing))
     one = calibration.pulses(calibration.servo_angles(0 * rhythm.standing + 1))
     header = _SERVOS.format(
         name=name,
-        boards=boards,
-        names=", ".join(map(as_comment, rhythm.joint_names)),
-        board=_join([servo.board for servo in servos]),
-        channel=_join([servo.channel for servo in servos]),
         zero=_join(np.round(zero, 2)),
         slope=_join(np.round(one - zero, 2)),
-        lowest=_join(_rounded(calibration.pulses(calibration.low))),
-        highest=_join(_rounded(calibration.pulses(calibration.high))),
+        **_servo_texts(calibration),
     )
     texts = {
         **_board_texts(boards),
@@ -196,6 +183,25 @@ def check_standing(degrees: NDArray[np.float64], calibration: Calibration) -> No
     joint = int(excess.argmax())
     if excess[joint] > 0:
         raise range_error(calibration, joint, degrees[joint], "in the standing pose")
+
+
+def count_boards(calibration: Calibration) -> int:
+    """Return the number of PCA9685 boards."""
+    return 1 + max(servo.board for servo in calibration.joints.values())
+
+
+def _servo_texts(calibration: Calibration) -> dict[str, str]:
+    """Return the placeholders of a header for its servos."""
+    servos = calibration.joints.values()
+    return {
+        "boards": str(count_boards(calibration)),
+        "names": ", ".join(map(as_comment, calibration.joints)),
+        "board": _join([servo.board for servo in servos]),
+        "channel": _join([servo.channel for servo in servos]),
+        # Rounding a limit to 0.01° changes its pulse by less than 1 µs.
+        "lowest": _join(_rounded(calibration.pulses(calibration.low))),
+        "highest": _join(_rounded(calibration.pulses(calibration.high))),
+    }
 
 
 def _board_texts(boards: int) -> dict[str, str]:

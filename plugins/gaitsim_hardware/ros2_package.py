@@ -54,10 +54,11 @@ def export_package(individual: Individual, folder: Path) -> Exported:
         "RATE": str(round(1 / controller.interval)),
         "SPEED": f"{controller.rhythm.own_speed[0]:.3f}",
         "LEGS_TEXT": ", ".join(map(as_comment, controller.rhythm.names)),
+        "TITLE": as_comment(individual.title),
     }
     # Each file has its own quotes.
     own = {
-        "package.xml": {"TITLE": escape(as_comment(individual.title))},
+        "package.xml": {"TITLE": escape(texts["TITLE"])},
         "config/controllers.yaml": {
             "JOINTS": "\n".join(f"      - {json.dumps(one)}" for one in joints.values())
         },
@@ -65,9 +66,8 @@ def export_package(individual: Individual, folder: Path) -> Exported:
             "JOINTS": "\n".join(f"    {json.dumps(one)}," for one in joints.values())
         },
     }
-    title = {"TITLE": as_comment(individual.title)}
     files = {
-        path: filled(f"ros2_package/{template}", {**texts, **title, **own.get(path, {})})
+        path: filled(f"ros2_package/{template}", {**texts, **own.get(path, {})})
         for path, template in _TEMPLATES.items()
     }
     standing = dict(zip(joints.values(), controller.rhythm.standing.tolist(), strict=True))
@@ -75,8 +75,7 @@ def export_package(individual: Individual, folder: Path) -> Exported:
     files |= {"src/gait.h": code.header, "src/gait.c": code.source}
     make_folder(folder)
     for path in files:
-        if (folder / path).parent != folder:
-            make_folder((folder / path).parent)
+        make_folder((folder / path).parent)
     for path, content in files.items():
         write_bytes(folder / path, content.encode(), follow=False)
     return Exported(

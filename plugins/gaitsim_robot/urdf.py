@@ -9,9 +9,10 @@ import numpy as np
 
 from gaitsim.contracts.quaternions import product, rotated
 from gaitsim.legged import Servo
-from gaitsim.portable import arcsin, arctan2
+from gaitsim.portable import arctan2
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.figure import TRUNK
+from gaitsim_robot.rollout import tilt_and_yaw
 from gaitsim_robot.skeleton import rig
 
 UNKNOWN_EFFORT = 100.0  # N m, as a URDF needs a limit
@@ -127,13 +128,11 @@ def _add_origin(element: Element, place: Floats, turn: Floats) -> None:
 
 def angles(turn: Floats) -> Floats:
     """Return roll, pitch and yaw of a quaternion about fixed axes, (3,) rad."""
-    w, x, y, z = turn / np.linalg.norm(turn)
+    w, x, y, z = turn = turn / np.linalg.norm(turn)
     sine = 2 * (w * y - z * x)
     if abs(sine) > STRAIGHT:  # roll and yaw turn about the same axis
         return np.array([0.0, math.copysign(math.pi / 2, sine), -2 * np.sign(sine) * arctan2(x, w)])
-    roll = arctan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y))
-    yaw = arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))
-    return np.array([roll, arcsin(sine), yaw], np.float64)
+    return tilt_and_yaw(turn)
 
 
 def _known(value: float, unknown: float) -> float:
