@@ -442,13 +442,13 @@ class Drive:
 
     @property
     def facts(self) -> dict[str, str]:
-        """What the body is asked to do: values with units by name."""
+        """The command in force: values with units by name."""
         with plugin_errors(self._entry, "describing what it is asked to do"):
             return {str(name): str(value) for name, value in self._steered.facts().items()}
 
     @property
     def notice(self) -> str:
-        """What the person should know now, or ''."""
+        """A sentence that the person should know now, or ''."""
         with plugin_errors(self._entry, "describing what it is asked to do"):
             said = str(self._steered.notice())
         return said if said or self.given else self._about

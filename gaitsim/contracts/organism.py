@@ -231,7 +231,7 @@ class Organism(Plugin):
         return {}
 
     def reflex_names(self) -> tuple[str, ...]:
-        """Return the names of the reflexes in the options, whose packages a run needs; ()."""
+        """Return the reflexes in the options, whose packages a run needs; () by default."""
         return ()
 
     def controller(self, genome: Genomes) -> Controller | None:

@@ -20,7 +20,7 @@ Floats = NDArray[np.float64]
 COMMAND = ("speed", "turn", "sideways", "height")
 """The parts of a command: m/s forward, rad/s to the left, m/s to the left, and m upward."""
 OBSERVATIONS = ("orientation", "rates", "contacts", "load", "joints")
-"""What a reflex may need: fields of `Observation` that depend on the robot's sensors."""
+"""Fields of `Observation` that depend on the robot's sensors, and that a reflex may need."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Legs:
 
 @dataclass(eq=False)
 class Observation:
-    """What a body feels and wants in one control step.
+    """The measurements and the command of a body in one control step.
 
     Attributes:
         orientation: measured roll to the right, pitch nose down and yaw to the left since the
@@ -94,7 +94,7 @@ class Inputs:
 
 
 class Reflex(Plugin):
-    """A rule that changes a gait by what the body feels.
+    """A rule that changes a gait by the measurements of sensors.
 
     Its options may be genes of the body: then a field holds one value for each individual,
     (population,), instead of a number. Code with NumPy's broadcasting works for both.
@@ -106,7 +106,7 @@ class Reflex(Plugin):
     needs: ClassVar[tuple[str, ...]] = ()
 
     def weights(self, legs: Legs) -> int:
-        """Return the number of genes from −1 to 1 that the reflex adds to the genome; 0."""
+        """Return the number of genes, from −1 to 1, of the reflex; 0 by default."""
         return 0
 
     def start(self, legs: Legs, weights: Floats) -> dict[str, Floats]:

@@ -1,4 +1,4 @@
-"""What reflexes are worth: the same gait with and without them, under errors of servo horns.
+"""The worth of reflexes: the same gait with and without them, under errors of servo horns.
 
 The horn of a servo fits its spline only in steps, so that each joint of a built robot has a
 constant error, which turns the robot off its course.

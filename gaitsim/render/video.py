@@ -37,7 +37,7 @@ class Video(Film):
     ) -> None:
         settings = settings or RenderSettings()
         if run.generation == 1:
-            settings = replace(settings, intro=False)  # one point is no curve
+            settings = replace(settings, intro=False)  # one point makes no curve
         shown = [changed(run.individual(one)) for one in generations or (None,)]
         self.generations = tuple(one.generation for one in shown)
         self._stem = shown[0].stem

@@ -82,7 +82,7 @@ typedef struct {
     double clock;       // cycles
     double lead[GAIT_LEGS];
     double activity;    // 0 when standing to 1 in the full gait
-    double scale;       // factor by which strokes that are too long were shortened
+    double scale;       // factor of strokes that were too long, or 1
     double invalid;     // s, since the last valid measurement
     gait_senses last;   // last valid measurement
     gait_inputs inputs;

@@ -1,1 +1,1 @@
-"""The bundled reflexes, which change a gait by what the body feels."""
+"""The bundled reflexes, which change a gait by the measurements of sensors."""

@@ -14,7 +14,7 @@ class Heading(Reflex):
 
     A proportional–integral controller (Åström and Murray 2008, chapter 10) of the turning speed,
     whose integral stops while the correction is at its limit. The rhythm turns by longer strokes on
-    one side and shorter ones on the other. A robot that is told to stand is not turned.
+    one side and shorter ones on the other. A robot that stands on command is not turned.
     """
 
     gain: float = option(4.0, "turning speed per angle off course", unit="1/s", ge=0, le=50)

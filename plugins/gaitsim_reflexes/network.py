@@ -20,7 +20,7 @@ class NetworkReflex(Reflex):
 
     It has a hidden layer of tanh neurons. Inputs are roll, pitch and the angle off course, in
     0.25 rad, the angular velocity, in 2 rad/s, and sine and cosine of the first leg's phase.
-    Outputs are a tanh, too, times the limits. A robot that is told to stand is not moved.
+    Outputs are a tanh, too, times the limits. A robot that stands on command is not moved.
     """
 
     hidden: int = option(4, "number of hidden neurons", ge=1, le=16)

@@ -1,4 +1,4 @@
-"""What several reflexes compute from observations, in Python and in C."""
+"""Quantities that several reflexes compute from observations, in Python and in C."""
 
 import math
 from typing import Any
@@ -20,7 +20,7 @@ def course_error(seen: Observation) -> Floats:
 
 
 def walking(seen: Observation) -> NDArray[np.bool_]:
-    """Return which individuals are told to walk, (population,); the others stand."""
+    """Return which individuals are commanded to walk, (population,); the others stand."""
     walks: NDArray[np.bool_] = (seen.command[:, :3] != 0).any(axis=1)
     return walks
 

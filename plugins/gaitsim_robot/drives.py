@@ -77,7 +77,7 @@ def targets(drive: Sequence[Mapping[str, float]], frames: int, frame_rate: float
     return found
 
 
-SHORTENED = 0.98  # share of the commanded strokes below which the driver is told
+SHORTENED = 0.98  # share of the commanded strokes below which gaitsim warns the driver
 SPEEDS = {"speed": "m/s", "turn": "°/s", "sideways": "m/s"}
 
 

@@ -21,7 +21,7 @@ HOLD = 0.2  # s, how long the last valid measurement replaces an invalid one bef
 
 @dataclass(eq=False)
 class Truth:
-    """What sensors measure, without errors.
+    """Exact values of the quantities that sensors measure.
 
     Attributes:
         orientation: roll to the right, pitch nose down and yaw to the left since the start,
@@ -96,7 +96,7 @@ class Pilot:
         Args:
             frame: number of the frame.
             target: command of the driver, (population, 4), as `COMMAND`; 0 is to stand.
-            truth: what the sensors measure.
+            truth: exact values of the measurements.
         """
         orientation, rates, load, joints = self._measure(frame, truth)
         target = np.where(self._invalid[:, None] > HOLD, 0.0, target)
@@ -147,7 +147,7 @@ class Pilot:
 
     @property
     def scale(self) -> float:
-        """Smallest factor by which strokes that are too long were shortened in the last frame."""
+        """Smallest factor of strokes that were too long in the last frame; 1 without any."""
         return float(self._state.scale.min())
 
     def select(self, individuals: NDArray[Any]) -> None:
@@ -221,7 +221,7 @@ NO_REFLEXES = ReflexGenes({}, (), Legs((), np.zeros((0, 2)), 0.0, 0))
 
 
 def bounds(metadata: Sequence[Any]) -> tuple[float, float]:
-    """Return the bounds of an option from its constraints; infinite where there is none."""
+    """Return the bounds of an option from its constraints; infinite without one."""
     limits = {name: math.inf if name[0] == "l" else -math.inf for name in ("ge", "gt", "le", "lt")}
     for one in metadata:
         for name in limits:

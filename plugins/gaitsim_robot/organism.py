@@ -281,7 +281,7 @@ class Robot(Organism):
     world: dict[str, float] = option({}, WORLD_HELP)
     reflexes: dict[str, dict[str, Any]] = option(
         {},
-        "reflexes that change the gait by what the robot feels, in the order in which they act",
+        "reflexes that change the gait by the measurements of sensors, in this order",
         allowed="by name, tables of options that differ from the reflex's defaults, such as "
         "{ heading = { gain = 2.0 } }",
     )
@@ -292,7 +292,7 @@ class Robot(Organism):
     )
     sensors: tuple[str, ...] = option(
         ("mpu6050",),
-        "sensors of the robot, by which reflexes act",
+        "sensors of the robot, whose measurements reflexes use",
         allowed="a list with one of the IMUs mpu6050, bno055 and ideal; contacts or load of the "
         "feet; joints, for servos that report their angles",
     )
@@ -306,8 +306,8 @@ class Robot(Organism):
     )
     command_gains: tuple[Share, Share, Share] = option(
         (1.0, 1.0, 1.0),
-        "true speed, turn and sideways speed as shares of what strokes without slip would give, "
-        "by which the strokes for a command are divided; 'gaitsim steer' measures them",
+        "true speed, turn and sideways speed as shares of those of strokes without slip; strokes "
+        "for a command are divided by them; 'gaitsim steer' measures them",
         allowed="three numbers from 0.05 to 20",
     )
 
@@ -458,7 +458,7 @@ class Robot(Organism):
         return self._walk(*self._encoding.commands(genomes, self.frames))
 
     def _feel(self, genomes: Genomes) -> Motion:
-        """Simulate robots whose gaits change by what they feel, and by commands."""
+        """Simulate robots whose gaits follow reflexes and commands."""
         pilot = self.pilot(genomes)
         target = np.zeros((len(genomes), self.frames, len(COMMAND)))
         if self.drive:

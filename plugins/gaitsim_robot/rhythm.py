@@ -30,7 +30,7 @@ class RhythmState:
         lead: deviation of each leg's phase, (population, legs) cycles.
         activity: 0 when standing to 1 in the full gait, (population,).
         angles: joint angles, (population, joints) rad.
-        scale: factor by which strokes that are too long were shortened, (population,).
+        scale: factor of strokes that were too long, (population,); 1 for others.
     """
 
     def __init__(self, rhythm: Rhythm) -> None:

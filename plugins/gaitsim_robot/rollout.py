@@ -146,7 +146,7 @@ def segments(
 
 @dataclass(eq=False)
 class Feelings:
-    """What a population that feels was told, felt and did, frame by frame.
+    """Commands, measurements and servo angles of a population that feels, frame by frame.
 
     Attributes:
         angles: commands to the servos of the legs, (population, frames, joints) rad.
@@ -274,7 +274,7 @@ class LockStep:
 
     Attributes:
         mover: the robots.
-        feelings: what they were told, felt and did.
+        feelings: their commands, measurements and servo angles.
     """
 
     def __init__(self, simulation: Simulation, pilot: Pilot, target: Floats, mover: Mover) -> None:
@@ -286,7 +286,7 @@ class LockStep:
         self._level = upright_turn(downward(simulation.world))
         self._first = tilt_and_yaw(self._level)[2]
         self._yaw = np.full(population, self._first)
-        # A delayed command may come from so many frames before.
+        # Number of frames from which a delayed command may come.
         self._memory = math.ceil(simulation.latency * FRAME_RATE)
         self._memory += math.ceil(FRAME_RATE / simulation.command_rate) + 1
         self._weight = simulation.anatomy.mass * float(norm(simulation.model.opt.gravity)) or 1.0
@@ -475,7 +475,7 @@ def motion_of(
         record: record of the robots.
         commands: commands to the servos of the legs, (population, frames, joints) rad.
         frequency: stride frequency of the commands, (population,) Hz; None if unknown.
-        feelings: what robots that feel were told, felt and did.
+        feelings: commands and measurements of robots that feel; None for other robots.
     """
     felt = {} if feelings is None else feelings.channels()
     held = commands.copy()

@@ -1,4 +1,4 @@
-"""The reflex `network` is a perceptron from what the body feels to the command."""
+"""The reflex `network` is a perceptron from measurements to the command."""
 
 import numpy as np
 import pytest
