@@ -4,6 +4,7 @@ A gait with reflexes is a rhythm with inputs. At the control rate, the body read
 reflex adds its changes to the inputs, and the rhythm advances to the next joint angles.
 """
 
+import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -143,6 +144,7 @@ class Reflex(Plugin):
         return ""
 
 
+FASTEST_TURN = math.pi / 2  # rad/s, limit of the turn of small robots, which would tip over
 HEIGHT = 0.15  # × length of the legs, the largest commanded change of height
 SAMPLES = 32
 """Number of samples of a foot's path in a cycle; between them, paths are interpolated."""
@@ -229,7 +231,7 @@ class Rhythm:
         return np.stack(
             [
                 self.own_speed * share,
-                self.gains[:, 1] * straight / radius,
+                np.minimum(self.gains[:, 1] * straight / radius, FASTEST_TURN),
                 self.gains[:, 2] * straight,
                 np.full(len(self), HEIGHT * self.length),
             ],
