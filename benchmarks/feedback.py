@@ -161,7 +161,8 @@ def ground(gaits: Gaits, draws: int) -> None:
         mass = body.anatomy.mass
         print(f"{name}: 1 m/s is {mass:.2f} N s; steps and rubble {150 * legs:.0f} mm\n")
         print(f"| reflexes | {' | '.join(worlds)} |\n| --- |{' --- |' * len(worlds)}")
-        for label, reflexes in REFLEXES.items():
+        own = {"as evolved": body.reflexes}
+        for label, reflexes in {**REFLEXES, **own}.items():
             cells = []
             for world in worlds.values():
                 found = [

@@ -79,7 +79,6 @@ class Pilot:
         self._states = {
             name: reflex.start(rhythm.legs, weights[name]) for name, reflex in reflexes.items()
         }
-        self._senses = set(observed(sensors))
         imu: Imu = next((IMUS[name] for name in sensors if name in IMUS), IMUS["ideal"])
         self._errors = imu.draw(world, frames, interval)
         self._late = imu.delay / interval
