@@ -17,7 +17,7 @@ from gaitsim.registry.entry_points import (
     plugin_errors,
     unreadable,
 )
-from gaitsim.registry.loading import load_class, load_entry, load_reflexes, scan
+from gaitsim.registry.loading import call_reflex, load_class, load_entry, load_reflexes, scan
 
 __all__ = [
     "COMMANDS",
@@ -29,6 +29,7 @@ __all__ = [
     "REFLEX",
     "STUDIES",
     "Entry",
+    "call_reflex",
     "contract_error",
     "entries",
     "find",

@@ -149,6 +149,25 @@ def _load_reflex(name: str, given: Mapping[str, Any]) -> "Reflex":
         return validated(model, given, table)
 
 
+def call_reflex(name: str, doing: str, method: Callable[..., T], *given: Any) -> T:
+    """Call a method of a reflex in each control step; an error names its package.
+
+    Args:
+        name: name of the reflex.
+        doing: task of the method, such as 'starting'.
+        method: method of the reflex.
+        given: arguments of the method.
+
+    Raises:
+        GaitsimError: the method raises an error.
+    """
+    try:
+        return method(*given)
+    except BaseException:  # entered only now, as robots call reflexes thousands of times
+        with plugin_errors(find(REFLEX, name), doing):
+            raise
+
+
 def products(kind: str) -> "dict[str, type[Product]]":
     """Return the plugins of a kind that can be loaded, by name, grouped as in menus."""
     found: dict[str, type[Product]] = scan(kind)[0]  # type: ignore[assignment]

@@ -12,6 +12,7 @@ from gaitsim.contracts import COMMAND, Inputs, Legs, Observation, Reflex, Rhythm
 from gaitsim.encoding import GeneGroup
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.legged import FEET_AND_JOINTS, IMUS, Imu, observed
+from gaitsim.registry import REFLEX, call_reflex, contract_error, find
 
 Floats = NDArray[np.float64]
 
@@ -55,10 +56,12 @@ class Pilot:
         heading: direction that the commands ask for, (population,) rad.
         inputs: inputs of the rhythm in the last frame.
         seen: observations in the last frame.
+        failures: reasons by individual, whose reflexes gave invalid inputs in the last frame.
     """
 
     inputs: Inputs
     seen: Observation
+    failures: dict[int, str]
 
     def __init__(
         self,
@@ -77,7 +80,8 @@ class Pilot:
         self._state = RhythmState(rhythm)
         self._reflexes = dict(reflexes)
         self._states = {
-            name: reflex.start(rhythm.legs, weights[name]) for name, reflex in reflexes.items()
+            name: started(name, reflex, rhythm.legs, weights[name])
+            for name, reflex in reflexes.items()
         }
         imu: Imu = next((IMUS[name] for name in sensors if name in IMUS), IMUS["ideal"])
         self._errors = imu.draw(world, frames, interval)
@@ -110,17 +114,42 @@ class Pilot:
             (load > 0).astype(np.float64),
             load,
             joints,
-            self.command,
-            self.heading,
+            self.command.view(),
+            self.heading.view(),
             state.phase(rhythm),
             rhythm.duty[:, None],
         )
-        inputs = self.inputs = Inputs.unchanged(self.command, len(rhythm.names))
+        self.inputs = Inputs.unchanged(self.command, len(rhythm.names))
+        for values in vars(seen).values():
+            values.flags.writeable = False
+        self.failures = {}
         for name, reflex in self._reflexes.items():
-            reflex.step(self._states[name], seen, inputs, self._interval)
-        angles = self._advance(rhythm, state, walking, inputs, self._interval)
+            self._act(name, reflex)
+        angles = self._advance(rhythm, state, walking, self.inputs, self._interval)
         self.heading += self.command[:, 1] * state.scale * state.activity * self._interval
         return angles
+
+    def _act(self, name: str, reflex: Reflex) -> None:
+        """Let a reflex change the inputs; where it makes them invalid, record the failure."""
+        inputs, state = self.inputs, self._states[name]
+        before = (*vars(inputs).values(), *state.values())
+        step = reflex.step
+        call_reflex(
+            name, "advancing a control step", step, state, self.seen, inputs, self._interval
+        )
+        after = (*vars(inputs).values(), *state.values())
+        # The compiled rhythm reads arrays without a check of their bounds.
+        if [*map(id, after)] != [*map(id, before)]:
+            what = "replaced an array of its state or of the inputs in a control step"
+            allowed = "changes in place, such as inputs.reach[:] = …, or state['x'] += …"
+            raise contract_error(find(REFLEX, name), what, allowed)
+        for part, values in vars(inputs).items():
+            valid = np.isfinite(values).all(axis=1)
+            if not valid.all():
+                values[~valid] = 1.0 if part in ("stride", "rate") else 0.0
+                for individual in np.flatnonzero(~valid):
+                    what = f"the reflex {name!r} made the input {part!r} infinite or NaN"
+                    self.failures.setdefault(int(individual), what)
 
     def _measure(self, frame: int, truth: Truth) -> list[Floats]:
         """Return orientation, rates, load and joints with the errors of the IMU.
@@ -188,7 +217,7 @@ class ReflexGenes:
             low, high = bounds(type(self.reflexes[owner]).model_fields[option].metadata)
             found.append(GeneGroup(f"{owner} {option}".replace("_", " "), ("",), low, high))
         for name, reflex in self.reflexes.items():
-            if count := reflex.weights(self.legs):
+            if count := weight_count(name, reflex, self.legs):
                 parts = tuple(str(1 + n) for n in range(count))
                 found.append(GeneGroup(f"{name} weight", parts, -1.0, 1.0))
         return tuple(found)
@@ -200,7 +229,7 @@ class ReflexGenes:
             float(getattr(self.reflexes[reflex], option))
             for reflex, option in (name.split(".") for name in self.evolve)
         ]
-        weights = sum(reflex.weights(self.legs) for reflex in self.reflexes.values())
+        weights = sum(weight_count(*named, self.legs) for named in self.reflexes.items())
         return np.array([*options, *np.zeros(weights)])
 
     def decode(self, genes: Floats) -> tuple[dict[str, Reflex], dict[str, Floats]]:
@@ -211,7 +240,7 @@ class ReflexGenes:
             found[owner] = found[owner].model_copy(update={option: genes[:, column].copy()})
         weights = {}
         for name, reflex in self.reflexes.items():
-            count = reflex.weights(self.legs)
+            count = weight_count(name, reflex, self.legs)
             weights[name], first = genes[:, first : first + count], first + count
         return found, weights
 
@@ -276,6 +305,39 @@ def check_needs(reflexes: Mapping[str, Reflex], sensors: Sequence[str]) -> None:
                 remedy=f"add one to organism.sensors, if the robot has it, or remove {name!r}",
                 key="reflexes",
             )
+
+
+MOST_WEIGHTS = 100_000
+
+
+def weight_count(name: str, reflex: Reflex, legs: Legs) -> int:
+    """Return the number of weights of a reflex.
+
+    Raises:
+        GaitsimError: the reflex fails, or the number is invalid.
+    """
+    count: object = call_reflex(name, "returning its number of weights", reflex.weights, legs)
+    if not isinstance(count, int) or not 0 <= count <= MOST_WEIGHTS:
+        allowed = f"a whole number from 0 to {MOST_WEIGHTS:,}"
+        raise contract_error(find(REFLEX, name), f"has {count!r:.60} weights", allowed)
+    return count
+
+
+def started(name: str, reflex: Reflex, legs: Legs, weights: Floats) -> dict[str, Floats]:
+    """Return the state of a reflex at the start.
+
+    Raises:
+        GaitsimError: the reflex fails, or the state is not arrays (population, …).
+    """
+    state: object = call_reflex(name, "starting", reflex.start, legs, weights)
+    if not isinstance(state, dict) or not all(
+        isinstance(values, np.ndarray) and values.shape[:1] == (len(weights),)
+        for values in state.values()
+    ):
+        what = "returned an invalid state at the start"
+        allowed = "a dict of arrays with one row for each individual, (population, …)"
+        raise contract_error(find(REFLEX, name), what, allowed)
+    return state
 
 
 def select_options(reflex: Reflex, individuals: NDArray[Any] | int) -> Reflex:

@@ -64,6 +64,7 @@ from gaitsim_robot.feeling import (
     check_evolve,
     check_needs,
     select_options,
+    started,
 )
 from gaitsim_robot.loading import (
     BUNDLED,
@@ -497,7 +498,9 @@ class Robot(Organism):
         """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
         rhythm, evolved, weights = self.calibrated(genome)._gaits(genome[None])
         reflexes = {name: select_options(reflex, 0) for name, reflex in evolved.items()}
-        states = {name: one.start(rhythm.legs, weights[name]) for name, one in reflexes.items()}
+        states = {
+            name: started(name, one, rhythm.legs, weights[name]) for name, one in reflexes.items()
+        }
         return Controller(rhythm, reflexes, states, 1 / FRAME_RATE)
 
     def fit_gait(self, joint_angles: Array, frequency: float, frame_rate: float) -> FittedGait:

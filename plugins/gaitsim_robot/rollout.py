@@ -1,7 +1,7 @@
 """Simulate populations of a robot, record them frame by frame, and compute their motion."""
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from types import MappingProxyType
@@ -252,7 +252,9 @@ def feel_out(
             walk.mover.push(push)
         before = walk.mover.state.copy()
         states, sensors = walk.advance(active, first, last)
-        upright = record_segment(simulation, record, active, first, last, before, states, sensors)
+        upright = record_segment(
+            simulation, record, active, first, last, before, states, sensors, walk.failures
+        )
         active = active[upright]
         if not len(active):
             break
@@ -275,6 +277,7 @@ class LockStep:
     Attributes:
         mover: the robots.
         feelings: their commands, measurements and servo angles.
+        failures: reasons by individual, whose reflexes gave invalid inputs.
     """
 
     def __init__(self, simulation: Simulation, pilot: Pilot, target: Floats, mover: Mover) -> None:
@@ -290,6 +293,7 @@ class LockStep:
         self._memory = math.ceil(simulation.latency * FRAME_RATE)
         self._memory += math.ceil(FRAME_RATE / simulation.command_rate) + 1
         self._weight = simulation.anatomy.mass * float(norm(simulation.model.opt.gravity)) or 1.0
+        self.failures: dict[int, str] = {}
         self.feelings = Feelings(
             np.tile(pilot.rhythm.standing, (population, frames, 1)),
             np.zeros((population, frames, len(COMMAND))),
@@ -300,12 +304,16 @@ class LockStep:
 
     def advance(self, active: NDArray[np.intp], first: int, last: int) -> tuple[Floats, Floats]:
         """Advance from frame `first` to `last`; return states and sensors for `record_segment`."""
-        simulation = self._simulation
+        simulation, pilot = self._simulation, self._pilot
         states, sensors = [], []
         for frame in range(first, last):
             angles, origin = self._feel(active, frame)
             control = delayed_commands(simulation, angles, frame, frame + 1, origin)[:, :-1]
             after, found = self.mover.move(control)
+            # A robot whose reflex fails ends as one whose simulation is unstable.
+            after[[*pilot.failures], :, 0] = np.nan
+            for row, reason in pilot.failures.items():
+                self.failures.setdefault(int(active[row]), reason)
             states.append(after)
             sensors.append(found)
             self._load = found[:, :, simulation.load[:, 2]].mean(axis=1) / self._weight
@@ -370,6 +378,7 @@ def record_segment(
     before: Floats,
     states: Floats,
     sensors: Floats,
+    reasons: Mapping[int, str] = MappingProxyType({}),
 ) -> NDArray[np.bool_]:
     """Record the frames `first` to `last` of robots.
 
@@ -382,6 +391,7 @@ def record_segment(
         before: states at the start of the segment, (active, states).
         states: states after each step and after one more step, (active, steps, states).
         sensors: sensor values at the start of each of these steps, (active, steps, sensors).
+        reasons: reasons why individuals failed, unless their simulation became unstable.
 
     Returns:
         Whether each robot is still upright, (active,).
@@ -425,9 +435,11 @@ def record_segment(
     for row in np.flatnonzero(fallen):
         individual, frame = active[row], first + int(np.argmax(down[row]))
         if diverged[row, frame - first]:
+            unstable = "the simulation became unstable"
+            remedy = "; a shorter organism.dt or a lower organism.stiffness may help"
+            reason = reasons.get(int(individual))
             record.failures[int(individual)] = (
-                f"the simulation became unstable after {frame / FRAME_RATE:g} s; a shorter "
-                "organism.dt or a lower organism.stiffness may help"
+                f"{reason or unstable} after {frame / FRAME_RATE:g} s{'' if reason else remedy}"
             )
         record.lasted[individual] = frame
         _freeze(record, individual, frame)

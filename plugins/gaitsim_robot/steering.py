@@ -140,8 +140,9 @@ class SteeredRobot(Steered):
         before, robot = self._walk.mover.state.copy(), np.array([0])
         states, sensors = self._walk.advance(robot, frame, frame + 1)
         record_segment(
-            self._simulation, self._record, robot, frame, frame + 1, before, states, sensors
-        )
+            self._simulation, self._record, robot, frame, frame + 1, before, states, sensors,
+            self._walk.failures,
+        )  # fmt: skip
 
     def _motion(self, first: int, last: int) -> Motion:
         """Return the motion in the frames after `first`, up to `last`."""
