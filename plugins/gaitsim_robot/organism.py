@@ -91,7 +91,6 @@ XYZ = ("x", "y", "z")
 FASTEST = 5.0  # Hz
 Share = Annotated[float, Field(ge=0.05, le=20)]
 HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
-DRIVEN = 60.0  # s, walk for which uneven ground is large enough under a driver, for any duration
 LATE = 0.03  # s, latency of a slow servo and its controller
 
 CHANNELS: Mapping[str, Channel] = {
@@ -371,7 +370,7 @@ class Robot(Organism):
         return load_simulation(
             (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
             tuple(sorted(world.items())),
-            DRIVEN if self.drive else self.duration,
+            math.inf if self.drive else self.duration,  # the same ground for any length of a drive
         )
 
     @property

@@ -19,6 +19,7 @@ UNEVEN = ("unevenness", "steps", "rubble")
 HIGHEST = 0.2  # m, height of the highest possible bump, step or block
 BASE = 0.1  # m, thickness of solid ground below its lowest point
 FASTEST = 4.0  # trunk lengths per second, twice the speed of the bundled robots
+LONGEST = 60.0  # s, of a fast walk on bumps; 4 MB in MuJoCo
 BUMP = 0.5  # trunk lengths between corners of bumps, so that the feet step on different ones
 EDGE = 0.1  # trunk lengths between corners of steps and rubble: the width of their edges
 BLOCK = 5  # corners per block of rubble, in each direction
@@ -45,13 +46,14 @@ class Lattice:
 
 
 def lattice_for(world: Mapping[str, float], seconds: float) -> Lattice | None:
-    """Return the lattice of uneven ground that a walk does not leave; None for a level plane.
+    """Return the lattice of uneven ground for a walk; None for a level plane.
 
     Args:
         world: values of conditions by name.
-        seconds: duration of the walk, s.
+        seconds: duration of the walk, s. Longer ones than `LONGEST` get the same ground, which fast
+            robots can leave.
     """
-    reach = FASTEST * seconds
+    reach = FASTEST * min(seconds, LONGEST)
     if world.get("steps") or world.get("rubble"):
         corners = min(math.ceil(reach / EDGE) + 4, MOST)
         lowest = -LEVELS * HIGHEST

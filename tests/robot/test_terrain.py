@@ -126,6 +126,11 @@ def test_long_walks_have_ground_of_limited_size():
     assert lattice_for({"steps": 0.0, "rubble": 0.0, "unevenness": 0.0}, 60.0) is None
 
 
+def test_the_memory_of_bumps_is_bounded_for_long_walks():
+    bumps = {"unevenness": 0.01}
+    assert lattice_for(bumps, 10.0) != lattice_for(bumps, 60.0) == lattice_for(bumps, 600.0)
+
+
 @pytest.mark.parametrize("name", ["steps", "rubble"])
 def test_a_robot_stands_and_walks_on_steps_and_rubble(name):
     robot = Robot(model="hexapod", servo="sts3215", duration=4, world={name: 0.01, "seed": 1})
