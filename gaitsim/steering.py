@@ -78,6 +78,17 @@ def offered_commands(experiment: Experiment) -> tuple[Command, ...]:
         return ()
 
 
+def own_controllers(experiment: Experiment) -> tuple[Command, ...]:
+    """Return the commands with a controller of the same name; () if none, or if the body fails."""
+    try:
+        commands = commands_of(experiment)
+        with plugin_errors(experiment.entries["organism"], "naming its controllers"):
+            names = tuple(experiment.organism.controller_names())
+    except GaitsimError:
+        return ()
+    return tuple(one for one in commands if one.name in names)
+
+
 def steered_bodies() -> list[str]:
     """Return the names of installed bodies with commands."""
     found, _ = registry.scan("organism")

@@ -93,8 +93,6 @@ def create_sketch(keyframes: Keyframes, calibration: Calibration, name: str, tit
             allowed=f"at most {FLASH:,} bytes",
             remedy=f"use fewer keyframes, with --keyframe-ms {interval:.0f}",
         )
-    if joints > MAX_JOINTS:
-        raise GaitsimError(f"the gait has {joints} joints", allowed=f"at most {MAX_JOINTS}")
     check_standing(np.round(keyframes.standing, DECIMALS), calibration)
     boards = count_boards(calibration)
     looped = keyframes.loop_from is not None
@@ -193,6 +191,8 @@ def count_boards(calibration: Calibration) -> int:
 def _servo_texts(calibration: Calibration) -> dict[str, str]:
     """Return the placeholders of a header for its servos."""
     servos = calibration.joints.values()
+    if len(servos) > MAX_JOINTS:
+        raise GaitsimError(f"the gait has {len(servos)} joints", allowed=f"at most {MAX_JOINTS}")
     return {
         "boards": str(count_boards(calibration)),
         "names": ", ".join(map(as_comment, calibration.joints)),

@@ -19,7 +19,8 @@ class FollowFitness(WalkingFitness):
     path. The error of the path is twice the mean distance between the robot and its place on that
     path, summed over the windows: a robot that stands still while the command is to walk straight
     has an error equal to the distance commanded, and a robot at half the speed half of it. The
-    heading is that of the start plus the commanded turns, and is never reset.
+    heading is that of the start plus the commanded turns, and is never reset. The other penalties
+    are those of `travel`.
     """
 
     window: float = option(

@@ -10,12 +10,7 @@ from gaitsim_robot.measures import ratio, rms, total
 
 
 class WalkingFitness(Fitness):
-    """A fitness in metres with penalties for a fall, energy, torque, roughness and slip.
-
-    Penalties for quantities that are not lengths, such as a fall or a radian of yaw, are in body
-    lengths, and work is divided by the weight of the body, so that the same weights suit robots of
-    0.2 m and of 1.5 m. A weight of 0 switches a term off.
-    """
+    """A fitness in metres with penalties for a fall, energy, torque, roughness and slip."""
 
     fall_weight: float = option(
         20.0,

@@ -12,7 +12,7 @@ from textual.reactive import reactive
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.runs.files.folder import EXPERIMENT, command
-from gaitsim.steering import create_drive, offered_commands
+from gaitsim.steering import create_drive, own_controllers
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
 from gaitsim.tui.screens.questions import Ask
@@ -295,10 +295,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         if pane.shown is not None:
             which, experiment = pane.shown.which, pane.shown.individual.experiment
             number = f"{'#' if isinstance(which, Member) else '@'}{number_of(which)}"
-            commands = offered_commands(experiment)
-            if len(experiment.organism.controller_names()) == 1:
-                commands = ()  # the key steers the individual
-            for one in commands:
+            for one in own_controllers(experiment):
                 given = {one.name: f"{pane.run}{number}"}
                 line = command(
                     *("steer", pane.run / EXPERIMENT, "--controller"),
