@@ -209,11 +209,15 @@ class ReflexGenes:
     legs: Legs
 
     @property
+    def _options(self) -> list[list[str]]:
+        """The names of reflex and option of each gene of an option."""
+        return [gene.split(".") for gene in self.evolve]
+
+    @property
     def groups(self) -> tuple[GeneGroup, ...]:
         """The gene groups."""
         found = []
-        for gene in self.evolve:
-            owner, option = gene.split(".")
+        for owner, option in self._options:
             low, high = bounds(type(self.reflexes[owner]).model_fields[option].metadata)
             found.append(GeneGroup(f"{owner} {option}".replace("_", " "), ("",), low, high))
         for name, reflex in self.reflexes.items():
@@ -225,18 +229,14 @@ class ReflexGenes:
     @property
     def start(self) -> Floats:
         """The genes of the options as they are, and of weights of 0, (genes,)."""
-        options = [
-            float(getattr(self.reflexes[reflex], option))
-            for reflex, option in (name.split(".") for name in self.evolve)
-        ]
+        options = [getattr(self.reflexes[owner], option) for owner, option in self._options]
         weights = sum(weight_count(*named, self.legs) for named in self.reflexes.items())
-        return np.array([*options, *np.zeros(weights)])
+        return np.concatenate([options, np.zeros(weights)])
 
     def decode(self, genes: Floats) -> tuple[dict[str, Reflex], dict[str, Floats]]:
         """Return the reflexes with evolved options, (population,) each, and weights by name."""
         found, first = dict(self.reflexes), len(self.evolve)
-        for column, gene in enumerate(self.evolve):
-            owner, option = gene.split(".")
+        for column, (owner, option) in enumerate(self._options):
             found[owner] = found[owner].model_copy(update={option: genes[:, column].copy()})
         weights = {}
         for name, reflex in self.reflexes.items():
