@@ -61,7 +61,7 @@ def check_controller(individual: Individual) -> None:
     if individual.genome is None:
         raise GaitsimError(
             "a gait from a file has only joint angles, and cannot follow commands",
-            where=str(individual.source),
+            where=str(individual.source or ""),
             allowed="an individual of a run",
         )
     if type(organism).controller is Organism.controller and not has_rhythm_on_twin(individual):

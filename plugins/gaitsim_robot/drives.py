@@ -14,36 +14,37 @@ Floats = NDArray[np.float64]
 Pushes = Mapping[int, Floats]
 """Sudden changes of a robot's velocity, (3,) m/s, by frame."""
 
-MOST = {
-    "at": 3600.0,  # s
-    "speed": 10.0,  # m/s
-    "turn": 720.0,  # °/s
-    "sideways": 10.0,  # m/s
-    "height": 1.0,  # m
-    "push": 10.0,  # m/s
-    "direction": 360.0,  # °
+PARTS = {
+    "at": (3600.0, "s"),
+    "speed": (10.0, "m/s"),
+    "turn": (720.0, "°/s"),
+    "sideways": (10.0, "m/s"),
+    "height": (1.0, "m"),
+    "push": (10.0, "m/s"),
+    "direction": (360.0, "°"),
 }
-"""Largest values of the entries of a drive."""
+"""Parts of the entries of a drive, with their largest values and units."""
 
 
 def check_drive(drive: Sequence[Mapping[str, float]]) -> None:
-    """Validate a drive: known names, values within `MOST`, in order of time.
+    """Validate a drive: known names, values within `PARTS`, in order of time.
 
     Raises:
         GaitsimError: an entry is invalid; the message has its number.
     """
     last = 0.0
     for number, entry in enumerate(drive, 1):
-        where = f"organism.drive, entry {number}"
+        where = f"entry {number}"
         for name, value in entry.items():
-            if name not in MOST:
-                raise unknown("part of a command", name, MOST, where=where, key="drive")
-            if not abs(value) <= MOST[name] or (name == "at" and value < 0):
-                least = 0.0 if name == "at" else -MOST[name]
+            if name not in PARTS:
+                raise unknown("part of a command", name, PARTS, where=where, key="drive")
+            most, unit = PARTS[name]
+            least = 0.0 if name == "at" else -most
+            if not least <= value <= most:
                 raise GaitsimError(
                     f"invalid {name} in a drive: {value:g}",
                     where=where,
-                    allowed=f"{least:g} to {MOST[name]:g}",
+                    allowed=f"{least:g} to {most:g} {unit}",
                     key="drive",
                 )
         if entry.get("at", 0.0) < last:
@@ -78,7 +79,6 @@ def targets(drive: Sequence[Mapping[str, float]], frames: int, frame_rate: float
 
 
 SHORTENED = 0.98  # share of the commanded strokes below which gaitsim warns the driver
-SPEEDS = {"speed": "m/s", "turn": "°/s", "sideways": "m/s"}
 
 
 def clipped_commands(drive: Sequence[Mapping[str, float]], rhythm: Rhythm) -> str:
@@ -101,9 +101,9 @@ def clipped_commands(drive: Sequence[Mapping[str, float]], rhythm: Rhythm) -> st
         return ""
     wanted, limits = commands[worst], rhythm.limits[0]
     parts = []
-    for part, (name, unit) in enumerate(SPEEDS.items()):
+    for part, name in enumerate(COMMAND[:3]):
         if wanted[part]:
-            turn = math.degrees(1.0) if name == "turn" else 1.0
+            turn, unit = math.degrees(1.0) if name == "turn" else 1.0, PARTS[name][1]
             said = f"{name} {turn * wanted[part]:.3g} of at most {turn * limits[part]:.2g} {unit}"
             parts.append(said.replace("-", "−"))
     together = " together" if len(parts) > 1 else ""
