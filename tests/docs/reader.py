@@ -67,6 +67,7 @@ LONG = {
     "spider-atlas": {"population": 20, "generations": 300},
     "walker-four": {"population": 4, "generations": 2},
     "walker-worlds": {"population": 4, "generations": 2},
+    "hexapod-steady": {"population": 4, "generations": 2},
 }
 """Presets that evolve long, since pages name late generations or need an archive with members, and
 presets that take long for each individual."""
