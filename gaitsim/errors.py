@@ -144,7 +144,7 @@ def unknown(
     """Return the error of an unknown name, which lists the known ones."""
     names = list(known)
     return GaitsimError(
-        f"unknown {what} {name!r}",
+        f"unknown {what} {name!r:.200}",
         where=where,
         allowed=", ".join(names),
         remedy=nearest(name, names),

@@ -339,7 +339,7 @@ def read_options(
         known, value = string_choices(field), given.get(name, "")
         label = f"{table}.{name}" if table else flag(name, field)
         found[name] = GaitsimError(
-            f"invalid {label}: {value!r}",
+            f"invalid {label}: {value!r:.200}",
             where=label,
             allowed=", ".join(known) or allowed(field),
             remedy=nearest(str(value), known),

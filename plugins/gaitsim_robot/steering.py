@@ -93,6 +93,8 @@ class SteeredRobot(Steered):
         entry = {"at": self._now / FRAME_RATE}
         self._beyond = ""
         if command == "stop":
+            if not any(self._steps.values()):
+                return  # a held key would fill the drive with entries
             self._steps = dict.fromkeys(COMMAND, 0)
             entry |= dict.fromkeys(COMMAND, 0.0)
         elif command == "push":

@@ -165,3 +165,11 @@ def test_a_recorded_drive_is_repeated_in_python_bit_for_bit():
     assert np.array_equal(found.motion["torso"][:, 26:126], recorded["torso"])
     with pytest.raises(GaitsimError, match="invalid speed in a drive: 99"):
         driven_individual(found, [{"speed": 99}])
+
+
+def test_a_held_stop_key_adds_no_entries():
+    robot = Robot(model="quadruped")
+    steered = robot.steer(robot.controllers())
+    for command in ("stop", "faster", "stop", "stop", "stop"):
+        steered.give(command)
+    assert [entry["speed"] for entry in steered.drive()["drive"][2:]] == [0.0]
