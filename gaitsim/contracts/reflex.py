@@ -144,7 +144,8 @@ class Reflex(Plugin):
         return ""
 
 
-FASTEST_TURN = math.pi / 2  # rad/s, limit of the turn of small robots, which would tip over
+FASTEST_TURN = math.pi / 2  # rad/s, limit of the turn on six legs or more
+TROT_TURN = math.pi / 4  # rad/s, limit on fewer legs, which tip over in faster turns
 HEIGHT = 0.15  # × length of the legs, the largest commanded change of height
 SAMPLES = 32
 """Number of samples of a foot's path in a cycle; between them, paths are interpolated."""
@@ -226,12 +227,13 @@ class Rhythm:
         """Largest commands without shortened strokes, one at a time, (population, 4)."""
         feet = self.legs.feet
         radius = max(float(norm(feet).max()), 1e-9)
+        fastest = FASTEST_TURN if len(feet) >= 6 else TROT_TURN
         straight = self.longest * self.frequency / self.duty  # m/s, of the foot that moves most
         share = self.longest / np.maximum(norm(self.stroke).max(axis=1), 1e-9)
         return np.stack(
             [
                 self.own_speed * share,
-                np.minimum(self.gains[:, 1] * straight / radius, FASTEST_TURN),
+                np.minimum(self.gains[:, 1] * straight / radius, fastest),
                 self.gains[:, 2] * straight,
                 np.full(len(self), HEIGHT * self.length),
             ],
