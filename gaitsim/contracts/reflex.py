@@ -40,6 +40,12 @@ class Legs:
     length: float
     joints: int
 
+    @classmethod
+    def of(cls, names: tuple[str, ...], tips: Floats, length: float, joints: int) -> "Legs":
+        """Return legs with their feet at `tips` in the standing pose, (legs, 3) m."""
+        feet = tips[:, :2] - tips[:, :2].mean(axis=0)
+        return cls(names, feet, length, joints)
+
 
 @dataclass(eq=False)
 class Observation:
@@ -213,8 +219,7 @@ class Rhythm:
     @property
     def legs(self) -> Legs:
         """The legs, for reflexes."""
-        feet = self.tips[:, :2] - self.tips[:, :2].mean(axis=0)
-        return Legs(self.names, feet, self.length, len(self.standing))
+        return Legs.of(self.names, self.tips, self.length, len(self.standing))
 
     @property
     def own_speed(self) -> Floats:

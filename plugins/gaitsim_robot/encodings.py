@@ -210,9 +210,8 @@ class Encoding:
     @cached_property
     def legs(self) -> Legs:
         """The legs, for reflexes."""
-        feet = np.array([chain.tip[:2] for chain in self.chains])
-        names, joints = tuple(leg.name for leg in self.anatomy.legs), len(self._standing)
-        return Legs(names, feet - feet.mean(axis=0), self._size, joints)
+        names = tuple(leg.name for leg in self.anatomy.legs)
+        return Legs.of(names, self._tips, self._size, len(self._standing))
 
     def commands(self, genomes: Genomes, frames: int) -> tuple[Floats, Floats]:
         """Return the commands to the servos, and the stride frequency.
@@ -243,12 +242,12 @@ class Encoding:
         chains, legs = self.chains, self.anatomy.legs
         longest = norm(stroke).max(axis=1)
         return Rhythm(
-            names=tuple(leg.name for leg in legs),
+            names=self.legs.names,
             joint_names=self.anatomy.joints,
             first=np.cumsum([0, *(len(chain.zero) for chain in chains)]),
             anchors=np.concatenate([chain.anchors for chain in chains]),
             axes=np.concatenate([chain.axes for chain in chains]),
-            tips=np.array([chain.tip for chain in chains]),
+            tips=self._tips,
             standing=self._standing,
             lower=self._limits[0],
             upper=self._limits[1],
@@ -510,6 +509,11 @@ class Encoding:
             angles = oscillators.sine(amplitude, phase, delay, frequency)
         angles += offset[:, :, None]
         return np.ascontiguousarray(angles.swapaxes(1, 2), np.float64), frequency
+
+    @cached_property
+    def _tips(self) -> Floats:
+        """The feet in the standing pose, (legs, 3) m."""
+        return np.array([chain.tip for chain in self.chains])
 
     @cached_property
     def _size(self) -> float:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from varied_servos import calibrate
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim_hardware.arduino import create_sketch, sketch_name, write_sketch
-from gaitsim_hardware.calibration import Calibration, Joint
 from gaitsim_hardware.keyframes import find_loop, keyframes_of
 
 STUBS = Path(__file__).parent / "stubs"
@@ -32,20 +32,8 @@ def walking(seconds=6.0, rate=50.0, period=0.73):
 
 
 def calibrated(gait, speed=400.0):
-    """A calibration with a different order, direction, offset and pulses for each servo."""
-    return Calibration(
-        {
-            name: Joint(
-                board=1 - index // 16,
-                channel=(7 * index) % 16,
-                direction=-1 if index % 3 else 1,
-                offset=float(index - 9),
-                pulse=(500 + index, 2500 - 2 * index),
-                speed=speed,
-            )
-            for index, name in enumerate(gait.joint_names)
-        }
-    )
+    """A calibration of the joints of a gait."""
+    return calibrate(gait.joint_names, speed=speed)
 
 
 @pytest.fixture

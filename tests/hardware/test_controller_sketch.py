@@ -7,13 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from c_gait import COMPILER, pilot_of, robot
+from varied_servos import calibrate
 
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import with_overrides
 from gaitsim.individual import Individual
 from gaitsim_hardware.arduino import create_controller_sketch, write_sketch
-from gaitsim_hardware.calibration import Calibration, Joint
 from gaitsim_robot.feeling import Truth
 
 STUBS = Path(__file__).parent / "stubs"
@@ -27,22 +27,6 @@ def hexapod():
     return robot("hexapod", ("heading",))
 
 
-def calibrated(names):
-    """A calibration with a different order, direction and pulses for each servo."""
-    return Calibration(
-        {
-            name: Joint(
-                board=1 - index // 16,
-                channel=(7 * index) % 16,
-                direction=-1 if index % 3 else 1,
-                offset=float(index - 9),
-                pulse=(500 + index, 2500 - 2 * index),
-            )
-            for index, name in enumerate(names)
-        }
-    )
-
-
 def play(folder, organism, genome, seconds, *commands):
     """Return the times of control steps, (steps,) s, and the joint angles then, (steps, joints).
 
@@ -51,7 +35,7 @@ def play(folder, organism, genome, seconds, *commands):
     if CXX is None or COMPILER is None:
         pytest.skip("no C++ compiler")
     controller = organism.controller(genome)
-    calibration = calibrated(controller.rhythm.joint_names)
+    calibration = calibrate(controller.rhythm.joint_names)
     walk = folder / "walk"
     write_sketch(create_controller_sketch(controller, calibration, "walk", "a gait"), walk)
     flags = ["-Wall", "-Wextra", "-Werror", "-DARDUINO=10819", f"-I{STUBS}"]
