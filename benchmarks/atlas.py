@@ -24,9 +24,9 @@ from gaitsim.contracts import Context, Genomes, RealSpace, Results, State
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evolution import Generation, evolve
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.folder import CHECKPOINT
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.files.folder import CHECKPOINT
+from gaitsim.storage.writer import RunWriter
 
 SIZES = (15_625, 40_000)
 OFFSET = -10.0  # lower than all but the worst random gaits

@@ -12,8 +12,8 @@ from timing import milliseconds, print_budget, print_figure, print_machine
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import load_experiment
-from gaitsim.runs import writer as writing
-from gaitsim.runs.creation import create_run
+from gaitsim.storage import writer as writing
+from gaitsim.storage.creation import create_run
 
 BUDGET = 0.0005  # seconds per generation, without a save
 RUNS, GENERATIONS, TOGETHER = 10, 40, 20

@@ -28,8 +28,8 @@ from gaitsim.evaluation.chunking import (
 )
 from gaitsim.evolution import first_population
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.writer import RunWriter
 
 SIZES = (1, 2, 8, 32, 100, 316, 1000, 3162, 10_000)
 EPOCH = 10  # generations between two migrations

@@ -32,8 +32,8 @@ from gaitsim.contracts import Genomes, Results
 from gaitsim.evaluation import Evaluation, Evaluator, evaluate
 from gaitsim.evolution import ask, first_population
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.writer import RunWriter
 
 PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations in MATLAB on the author's machine
 GENERATIONS, SAMPLE = 1000, 150

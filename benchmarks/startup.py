@@ -15,8 +15,8 @@ from typer.main import get_command
 from gaitsim.cli.app import app
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.writer import RunWriter
 
 ROUNDS = 10
 MANY = 200  # runs

@@ -28,7 +28,7 @@ from pathlib import Path
 from timing import milliseconds, print_figure, print_machine
 
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.creation import create_run
+from gaitsim.storage.creation import create_run
 
 # The app of `gaitsim tui`, with one run that it resumes immediately. After the run it writes the
 # start and the end of the measurement, the seconds per generation, the redraws of the panels per

@@ -24,9 +24,9 @@ from gaitsim.experiment import load_experiment
 from gaitsim.render.film import RenderSettings
 from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.video import Video
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 BODIES = "spider", "millipede", "fly", "walker", "quadruped", "hexapod", "spider-physics"
 FRAMES = 300
@@ -82,7 +82,7 @@ def peak(run: Path, seconds: float, folder: Path) -> float:
     """Return the peak memory of a process, MB, for a slow-motion video of `seconds`."""
     code = (
         "import sys; from pathlib import Path; from gaitsim.render.video import *;"
-        "from gaitsim.runs.snapshot import RunSnapshot; speed = 10 / float(sys.argv[2]);"
+        "from gaitsim.storage.snapshot import RunSnapshot; speed = 10 / float(sys.argv[2]);"
         "Video(RunSnapshot(Path(sys.argv[1])), (), RenderSettings(speed=speed, intro=False))"
         ".write(Path(sys.argv[3]));"
         "import resource; print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)"

@@ -22,7 +22,7 @@ from gaitsim.render.film import RenderSettings, write_still
 from gaitsim.render.plots.style import LIGHT, picture
 from gaitsim.render.scene import THEMES
 from gaitsim.render.video import Video
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.replay import Replay

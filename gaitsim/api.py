@@ -37,17 +37,17 @@ from gaitsim.optimiser import Progress, objective_options, start_of, start_optio
 from gaitsim.registry.python_plugins import python_options
 from gaitsim.render.notebook import enable_notebook_display, page_exporter, picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.runs.background import last_failure
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.checkpoint import Start
-from gaitsim.runs.files.folder import find_run
-from gaitsim.runs.growing import overview
-from gaitsim.runs.manage import read_note, rename_run, write_note
-from gaitsim.runs.overview import State
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
 from gaitsim.sharing.challenge import code_of
 from gaitsim.steering import driven
+from gaitsim.storage.background import last_failure
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.files.checkpoint import Start
+from gaitsim.storage.files.folder import find_run
+from gaitsim.storage.growing import overview
+from gaitsim.storage.manage import read_note, rename_run, write_note
+from gaitsim.storage.overview import State
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -13,7 +13,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.experiment import Experiment, load_experiment
 from gaitsim.registry import plugin_errors
-from gaitsim.runs.compatibility import expected_genomes, out_of_bounds
+from gaitsim.storage.compatibility import expected_genomes, out_of_bounds
 
 
 def evaluate(

@@ -26,9 +26,9 @@ from gaitsim.individual import Individual
 from gaitsim.registry.entry_points import PythonEntry
 from gaitsim.registry.python_plugins import motion_of, objective_names
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.runs.compatibility import check_start, out_of_bounds
-from gaitsim.runs.files.checkpoint import Start
-from gaitsim.runs.files.history import row
+from gaitsim.storage.compatibility import check_start, out_of_bounds
+from gaitsim.storage.files.checkpoint import Start
+from gaitsim.storage.files.history import row
 
 
 class Progress(ReprMixin):

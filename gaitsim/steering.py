@@ -34,10 +34,10 @@ from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin, with_change
 from gaitsim.gait.travel import heading, size, trunk
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.runs.compatibility import expected_genomes, genome_mismatch
-from gaitsim.runs.creation import create_run, find_individual
-from gaitsim.runs.files.checkpoint import Start
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.compatibility import expected_genomes, genome_mismatch
+from gaitsim.storage.creation import create_run, find_individual
+from gaitsim.storage.files.checkpoint import Start
+from gaitsim.storage.writer import RunWriter
 
 RECENT = 3.0  # seconds of recent motion kept in full
 PATH_RATE = 10.0  # rate at which points of the path are kept, Hz

@@ -184,7 +184,7 @@ def runtime_folder(tmp_path_factory, monkeypatch):
     yield folder
     if not folder.exists():
         return
-    from gaitsim.runs.background import background_processes
+    from gaitsim.storage.background import background_processes
 
     for process in background_processes():
         with suppress(ProcessLookupError):
@@ -495,9 +495,9 @@ def evolved(experiment, path):
     """Evolve an experiment without workers, and return the finished run."""
     from gaitsim.evaluation import evaluate
     from gaitsim.evolution import evolve
-    from gaitsim.runs.creation import create_run
-    from gaitsim.runs.snapshot import RunSnapshot
-    from gaitsim.runs.writer import RunWriter
+    from gaitsim.storage.creation import create_run
+    from gaitsim.storage.snapshot import RunSnapshot
+    from gaitsim.storage.writer import RunWriter
 
     path = create_run(experiment, path)
     with RunWriter.open(path) as writer:
@@ -509,7 +509,7 @@ def evolved(experiment, path):
 @pytest.fixture
 def checkpoint_reads(monkeypatch):
     """Return a list to which each checkpoint or champion that is read adds its path."""
-    from gaitsim.runs.files import safe_pickle
+    from gaitsim.storage.files import safe_pickle
 
     paths, load = [], safe_pickle.load
     monkeypatch.setattr(safe_pickle, "load", lambda path: (paths.append(path), load(path))[1])
@@ -562,8 +562,8 @@ def here(tmp_path, monkeypatch, puppets):
 def walk(here, puppet):
     """Return a function that creates a run of puppets evolved up to a generation."""
     from gaitsim.evaluation import evaluate
-    from gaitsim.runs.creation import create_run
-    from gaitsim.runs.writer import RunWriter
+    from gaitsim.storage.creation import create_run
+    from gaitsim.storage.writer import RunWriter
 
     def walk(name="walk", generation=3, *overrides, generations=5):
         experiment = puppet(f"evolution.generations={generations}", *overrides)

@@ -8,9 +8,9 @@ from functools import partial
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import parse_assignments
-from gaitsim.runs.files.safe_pickle import VERSION
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.files.safe_pickle import VERSION
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 LONG = "evolution.generations=8"
 THRESHOLD = "evolution.fitness_threshold=0"

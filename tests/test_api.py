@@ -17,8 +17,8 @@ from waiting import until
 
 import gaitsim as gs
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.writer import RunWriter
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,7 @@ from gaitsim.evaluation.chunking import Scheduler
 from gaitsim.registry import entry_points
 from gaitsim.registry.entry_points import find_registered
 from gaitsim.render.terminal.explanation import explanation
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 SPACE = gs.RealSpace(np.full(3, -5.0), np.full(3, 5.0))
 

@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
     from gaitsim.individual import Choice, Individual, Member, Near
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.snapshot import RunSnapshot
 
 
 class Action(BaseModel):

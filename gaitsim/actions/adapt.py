@@ -18,12 +18,12 @@ from gaitsim.console.printing import echo, notice, output, report_files
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.files.folder import command, exports_folder
+from gaitsim.storage.files.folder import command, exports_folder
 
 if TYPE_CHECKING:
     from gaitsim.adaptation.adaptation import Adaptation, Place
     from gaitsim.console.adaptation_view import AdaptationView
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.snapshot import RunSnapshot
 
 TRIALS = "How trials are chosen"  # panels of the help
 ROBOT = "Trials on a real robot"
@@ -153,7 +153,7 @@ class Adapt(Action):
         """Run the trials, propose a gait for the robot, or write the report on all leg losses."""
         from gaitsim.adaptation.adaptation import default_name, normalise_damage
         from gaitsim.render.plots.style import check_target
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.snapshot import RunSnapshot
 
         self._check()
         value = None if self.measured is None else _number(self.measured)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gaitsim.gait import GaitAnalysis
     from gaitsim.gait.unseen import UnseenResults
     from gaitsim.individual import Individual
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.snapshot import RunSnapshot
 
 
 class Analyse(OneIndividual):
@@ -116,7 +116,7 @@ class Analyse(OneIndividual):
                 feedback_results,
                 world_results,
             )
-            from gaitsim.runs.snapshot import RunSnapshot
+            from gaitsim.storage.snapshot import RunSnapshot
 
             if self.figure is not None:
                 check_target(self.figure)

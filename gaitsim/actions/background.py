@@ -12,10 +12,10 @@ from gaitsim.console.printing import echo, notice, print_json, status
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.runs.files.folder import command
+from gaitsim.storage.files.folder import command
 
 if TYPE_CHECKING:
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.snapshot import RunSnapshot
 
 
 class Attach(OneRun):
@@ -38,7 +38,7 @@ class Attach(OneRun):
 
         from gaitsim.console.evolving import find_evolving, follow_run, not_evolving
         from gaitsim.console.run_view import summarise
-        from gaitsim.runs.lock import is_locked
+        from gaitsim.storage.lock import is_locked
 
         found = find_evolving(self.run)
         path, in_background = found.path, found.process is not None
@@ -103,8 +103,8 @@ class Stop(Action):
 
 def _in_folders(folders: tuple[str, ...]) -> list[RunSnapshot]:
     """Return the background runs, limited to `folders` if there are any."""
-    from gaitsim.runs.background import background_processes, create_runtime_folder
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.background import background_processes, create_runtime_folder
+    from gaitsim.storage.snapshot import RunSnapshot
 
     for folder in folders:
         if not Path(folder).is_dir():
@@ -126,7 +126,7 @@ def _relative(run: Path) -> Path:
 def _find_evolving(name: str) -> RunSnapshot:
     """Return a background run."""
     from gaitsim.console.evolving import find_evolving, not_evolving
-    from gaitsim.runs.lock import RunLock
+    from gaitsim.storage.lock import RunLock
 
     run = find_evolving(name)
     if run.process is None:

@@ -126,7 +126,7 @@ class CompareExperiments(Action):
         Raises:
             GaitsimError: an option or an experiment has problems.
         """
-        from gaitsim.runs.files.folder import free_name
+        from gaitsim.storage.files.folder import free_name
 
         loaded = self.load()[2]
         wanted = _folder_of(loaded)
@@ -137,7 +137,7 @@ class CompareExperiments(Action):
         from gaitsim.console.cluster import cluster
         from gaitsim.console.printing import notice, print_json
         from gaitsim.console.unseen import check_worlds
-        from gaitsim.runs.files.folder import check_links, command, create_folder
+        from gaitsim.storage.files.folder import check_links, command, create_folder
         from gaitsim.study.comparison import warning
 
         check_worlds(self.worlds, self.world_seed)
@@ -177,7 +177,7 @@ class CompareExperiments(Action):
         """
         from gaitsim.console.interrupts import interruptible
         from gaitsim.console.printing import notice
-        from gaitsim.runs.lock import RunLock
+        from gaitsim.storage.lock import RunLock
         from gaitsim.study.comparison import analyse
 
         kept = folder / _repeats_folder(self.repeats)
@@ -217,7 +217,7 @@ class CompareExperiments(Action):
 
     def _command(self) -> str:
         """Return the command line of this comparison."""
-        from gaitsim.runs.files.folder import command
+        from gaitsim.storage.files.folder import command
 
         plans: dict[str, object] = {
             "--evaluations": self.evaluations,
@@ -241,7 +241,7 @@ class CompareExperiments(Action):
 
         from gaitsim.console.cluster import warn
         from gaitsim.console.progress_bar import Progress
-        from gaitsim.runs.files.atomic import sweep
+        from gaitsim.storage.files.atomic import sweep
         from gaitsim.study.comparison import Sample
         from gaitsim.study.running import complete_repeats, read_repeats
 
@@ -284,8 +284,8 @@ def _repeats_folder(repeats: int) -> str:
 def _stopped(wanted: Path, texts: Mapping[str, str], repeats: int) -> Path | None:
     """Return the folder of a stopped comparison of the same experiments; None if there is none."""
     from gaitsim.opening import is_folder, read_regular
-    from gaitsim.runs.files.folder import numbered_names
-    from gaitsim.runs.lock import is_locked
+    from gaitsim.storage.files.folder import numbered_names
+    from gaitsim.storage.lock import is_locked
     from gaitsim.study.comparison_report import REPORT
 
     def is_same(folder: Path) -> bool:
@@ -323,7 +323,7 @@ def _write(folder: Path, findings: Findings, again: str, format: PlotFormat) -> 
     from gaitsim.console.printing import as_json, report_files
     from gaitsim.render.plots.comparison import FIGURES
     from gaitsim.render.plots.style import LIGHT, save
-    from gaitsim.runs.files.atomic import write_bytes
+    from gaitsim.storage.files.atomic import write_bytes
     from gaitsim.study.comparison_report import CURVES, REPORT, TABLE, write_comparison
 
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
@@ -355,7 +355,7 @@ def _rank_runs(action: CompareExperiments, number: int) -> None:
     """Evaluate the champions of runs in the same unseen worlds, and print their ranking."""
     from gaitsim.console.printing import print_json
     from gaitsim.console.unseen import evaluate_with_progress
-    from gaitsim.runs.files.folder import find_run
+    from gaitsim.storage.files.folder import find_run
     from gaitsim.study.in_worlds import rank_in_worlds
 
     evolving = "evaluations", "targets", "generations", "population", "set_", "dask", "out"

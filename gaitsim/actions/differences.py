@@ -55,7 +55,7 @@ class Differences(Action):
         from gaitsim.console.printing import echo, notice, print_json
         from gaitsim.render.plots.overlay import plot_overlay
         from gaitsim.render.plots.style import THEMES, check_target
-        from gaitsim.runs.files.folder import find_run
+        from gaitsim.storage.files.folder import find_run
         from gaitsim.study.compare_runs import (
             RunsReader,
             differing_options,

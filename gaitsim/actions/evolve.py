@@ -27,7 +27,7 @@ from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
     from gaitsim.experiment import Experiment
-    from gaitsim.runs.files.checkpoint import Champion
+    from gaitsim.storage.files.checkpoint import Champion
 
 Axes = dict[str, tuple[float, float] | None]
 
@@ -83,8 +83,8 @@ class EvolveNew(Evolve):
         """Create a run, and evolve it."""
         from gaitsim.console.cluster import warn
         from gaitsim.console.evolving import chosen_place, evolve_run
-        from gaitsim.runs.creation import create_run
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.creation import create_run
+        from gaitsim.storage.snapshot import RunSnapshot
 
         for warning in experiment.warnings():
             warn(warning)
@@ -260,7 +260,7 @@ class Resume(Evolve):
         """Evolve the run."""
         from gaitsim.console.evolving import chosen_place, evolve_run
         from gaitsim.experiment import parse_assignments
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.snapshot import RunSnapshot
 
         run, overrides = RunSnapshot.find(self.run), parse_assignments(self.set_ or ())
         with chosen_place(self.dask, self.workers, detach=self.detach) as place:

@@ -65,8 +65,8 @@ class Export(Action):
         from gaitsim.console.printing import echo, notice, report_files, status
         from gaitsim.console.progress_bar import Progress
         from gaitsim.gait.gait_files import check_folder
-        from gaitsim.runs.files.folder import exports_folder
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.files.folder import exports_folder
+        from gaitsim.storage.snapshot import RunSnapshot
 
         with status("Reading the run …"):
             out = self.out

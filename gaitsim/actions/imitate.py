@@ -124,7 +124,7 @@ class Imitate(ChosenIndividual):
         from gaitsim.imitation.expert import find_expert
         from gaitsim.imitation.imitating import files_of, imitation_film, to_dict, write_results
         from gaitsim.imitation.learning import ACTIVATIONS, SETTINGS
-        from gaitsim.runs.files.folder import check_out_folder, create_out_folder
+        from gaitsim.storage.files.folder import check_out_folder, create_out_folder
 
         if self.out is not None:
             check_out_folder(self.out)
@@ -194,7 +194,7 @@ def _print_results(results: Sequence[Result], files: Files, preset: str, body: s
     Only the first of the results is printed in full.
     """
     from gaitsim.console.printing import notice, output
-    from gaitsim.runs.files.folder import command
+    from gaitsim.storage.files.folder import command
 
     first, console = results[0], output()
     expert = first.expert

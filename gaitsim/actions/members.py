@@ -14,12 +14,12 @@ from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Pair
 from gaitsim.errors import GaitsimError, RunError, unknown
 from gaitsim.render.terminal.text import number
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import command
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import command
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Members
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.snapshot import RunSnapshot
 
 
 FREQUENCY = "stride frequency"
@@ -76,7 +76,7 @@ class ListMembers(OneRun):
 
     def do(self) -> None:
         """Print or write the table, or print the map."""
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.snapshot import RunSnapshot
 
         self._check()
         run = RunSnapshot.find(self.run)

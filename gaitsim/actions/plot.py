@@ -14,7 +14,7 @@ from gaitsim.errors import ContractError, GaitsimError, NothingToPlotError
 from gaitsim.registry.loading import call_product
 
 if TYPE_CHECKING:
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.snapshot import RunSnapshot
 
 
 class MakePlot(Action):
@@ -66,7 +66,7 @@ class MakePlot(Action):
     def do(self) -> None:
         """Draw one plot, or every kind that applies."""
         from gaitsim.console.printing import status
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.snapshot import RunSnapshot
 
         with status("Reading the run …"):
             if self.kind == ALL:
@@ -83,7 +83,7 @@ class MakePlot(Action):
         from gaitsim.console.printing import status
         from gaitsim.console.progress_bar import Progress
         from gaitsim.render.plots.style import FORMATS, check_target
-        from gaitsim.runs.files.folder import exports_folder
+        from gaitsim.storage.files.folder import exports_folder
 
         if self.out is not None:
             choose_format(self.format, self.out, FORMATS, "png", "plots")
@@ -108,8 +108,8 @@ class MakePlot(Action):
         """Plot every kind that applies; report why the others do not."""
         from gaitsim.console.printing import notice, status
         from gaitsim.console.progress_bar import Progress
-        from gaitsim.runs.files.atomic import writing
-        from gaitsim.runs.files.folder import exports_folder
+        from gaitsim.storage.files.atomic import writing
+        from gaitsim.storage.files.folder import exports_folder
 
         if self.out is not None and self.out.exists() and not self.out.is_dir():
             raise GaitsimError(

@@ -23,8 +23,8 @@ from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.registry import FILES, entries, find, load_class, plugin_errors
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import command
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import command
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Skeleton

@@ -12,9 +12,9 @@ from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
 from gaitsim.registry.entry_points import PYTHON, is_outside
 from gaitsim.render.terminal.text import number
-from gaitsim.runs.files.folder import RUNS, command, find_run, holds_run
-from gaitsim.runs.manage import delete_run, read_note, rename_run, write_note
-from gaitsim.runs.overview import Overview, list_overviews
+from gaitsim.storage.files.folder import RUNS, command, find_run, holds_run
+from gaitsim.storage.manage import delete_run, read_note, rename_run, write_note
+from gaitsim.storage.overview import Overview, list_overviews
 
 
 class ListRuns(Action):
@@ -109,7 +109,7 @@ def _delete(root: Path, references: tuple[str, ...], *, yes: bool, json: bool) -
 
 
 def _read_in_full(path: Path) -> Overview | None:
-    from gaitsim.runs.growing import overview
+    from gaitsim.storage.growing import overview
 
     return overview(path)
 
@@ -151,7 +151,7 @@ class ShowRun(OneRun):
     def do(self) -> None:
         """Print the run, or its fingerprint."""
         from gaitsim.console.run_view import print_run, print_run_as_json
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.snapshot import RunSnapshot
 
         run = RunSnapshot.find(self.run)
         if run.warning:
@@ -196,8 +196,8 @@ class Fork(OneRun):
     def do(self) -> None:
         """Copy the run."""
         from gaitsim.experiment import parse_assignments
-        from gaitsim.runs.creation import fork_run
-        from gaitsim.runs.snapshot import RunSnapshot
+        from gaitsim.storage.creation import fork_run
+        from gaitsim.storage.snapshot import RunSnapshot
 
         source, changes = find_run(self.run), parse_assignments(self.set_ or ())
         path = fork_run(

@@ -30,8 +30,8 @@ class Share(ChosenIndividual):
     def do(self) -> None:
         """Print the code."""
         from gaitsim.console.printing import echo, notice
-        from gaitsim.runs.snapshot import RunSnapshot
         from gaitsim.sharing.challenge import code_of
+        from gaitsim.storage.snapshot import RunSnapshot
 
         individual = RunSnapshot.find(self.run).individual(self.choice)
         code = code_of(individual)

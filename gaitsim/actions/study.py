@@ -63,7 +63,7 @@ class RunStudy(Action):
         Raises:
             GaitsimError: the study has problems.
         """
-        from gaitsim.runs.files.folder import free_name
+        from gaitsim.storage.files.folder import free_name
         from gaitsim.study.file import cells, read_study
 
         study, _ = read_study(self.study)
@@ -75,8 +75,8 @@ class RunStudy(Action):
         from gaitsim.console.cluster import cluster
         from gaitsim.console.printing import output, print_table, report_files
         from gaitsim.render.plots.surfaces import plot_surfaces
-        from gaitsim.runs.files.folder import check_links, create_folder
-        from gaitsim.runs.lock import RunLock
+        from gaitsim.storage.files.folder import check_links, create_folder
+        from gaitsim.storage.lock import RunLock
         from gaitsim.study.file import STUDY, cells, experiment_files, read_study
         from gaitsim.study.results import TABLE, rule, summary, title, write_results
         from gaitsim.study.running import results
@@ -140,7 +140,7 @@ def _run(
     except KeyboardInterrupt:
         return False
     except GaitsimError as error:
-        from gaitsim.runs.files.folder import command
+        from gaitsim.storage.files.folder import command
 
         error.add_remedy(f"run the remaining cells: {command('study', folder)}")
         raise
@@ -179,7 +179,7 @@ def _confirm(
     except KeyboardInterrupt:
         return None
     except GaitsimError as error:
-        from gaitsim.runs.files.folder import command
+        from gaitsim.storage.files.folder import command
 
         error.add_remedy(f"run the remaining repeats: {command('study', folder)}")
         raise
@@ -187,7 +187,7 @@ def _confirm(
 
 def _exit_stopped(folder: Path) -> NoReturn:
     from gaitsim.console.printing import notice
-    from gaitsim.runs.files.folder import command
+    from gaitsim.storage.files.folder import command
 
     notice(f"Stopped; finished cells are saved. Continue with: {command('study', folder)}")
     sys.exit(INTERRUPTED)

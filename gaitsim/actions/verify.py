@@ -22,13 +22,13 @@ from gaitsim.console.printing import echo, print_json, status
 from gaitsim.console.progress_bar import Progress
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.files.folder import EXPERIMENT
 from gaitsim.sharing.code import PREFIX
+from gaitsim.storage.files.folder import EXPERIMENT
 from gaitsim.toml import literal
 
 if TYPE_CHECKING:
-    from gaitsim.runs.verification import Verdict
     from gaitsim.sharing.challenge import Challenge, Checked
+    from gaitsim.storage.verification import Verdict
 
 
 DIFFERENT = 1  # exit code
@@ -92,8 +92,8 @@ class VerifyResults(Action):
             _verify_code(challenge, self.json_lines)
 
     def _verify_run(self) -> None:
-        from gaitsim.runs.snapshot import RunSnapshot
-        from gaitsim.runs.verification import verify
+        from gaitsim.storage.snapshot import RunSnapshot
+        from gaitsim.storage.verification import verify
 
         if os.path.isfile(self.run):  # noqa: PTH113
             raise GaitsimError(
@@ -230,7 +230,7 @@ def _print(path: str, verdict: Verdict) -> None:
 def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
     """Say before the verdict that results may differ here, unless they are portable."""
     from gaitsim.experiment import PORTABLE
-    from gaitsim.runs.provenance import MACHINE
+    from gaitsim.storage.provenance import MACHINE
 
     name, _, meaning = portability.partition(": ")
     machine = tuple(f"{part}: " for part in MACHINE)

@@ -93,8 +93,8 @@ class MakeVideo(SeveralIndividuals):
                 from gaitsim.render.encoder import format_speed
                 from gaitsim.render.film import FORMATS, RenderSettings
                 from gaitsim.render.video import Video
-                from gaitsim.runs.files.folder import exports_folder
-                from gaitsim.runs.snapshot import RunSnapshot
+                from gaitsim.storage.files.folder import exports_folder
+                from gaitsim.storage.snapshot import RunSnapshot
 
                 chosen = choose_format(self.format, self.out, FORMATS, "mp4", "videos")
                 settings = RenderSettings(

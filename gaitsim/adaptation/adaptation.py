@@ -37,10 +37,10 @@ from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
 from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import ADAPTATIONS, create_subfolder
-from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import ADAPTATIONS, create_subfolder
+from gaitsim.storage.files.schema import EXACT_KEYS, first_problem
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.toml import checksum
 
 LARGEST = 1_000_000  # bytes

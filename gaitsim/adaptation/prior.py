@@ -24,10 +24,10 @@ from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual, Member
 from gaitsim.opening import read_regular
 from gaitsim.registry import plugin_errors
-from gaitsim.runs.compatibility import ENGINES, versions
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import ADAPTATIONS, command, create_subfolder
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.compatibility import ENGINES, versions
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import ADAPTATIONS, command, create_subfolder
+from gaitsim.storage.snapshot import RunSnapshot
 
 DEFAULT_MEASURE = "forward"
 Floats = NDArray[np.float64]

@@ -39,10 +39,10 @@ from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
-from gaitsim.runs.files.atomic import write_bytes, writing
-from gaitsim.runs.files.schema import EXACT_KEYS, first_problem
-from gaitsim.runs.files.tables import line
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.atomic import write_bytes, writing
+from gaitsim.storage.files.schema import EXACT_KEYS, first_problem
+from gaitsim.storage.files.tables import line
+from gaitsim.storage.snapshot import RunSnapshot
 
 FILE = "report.json"
 _LARGEST = 100_000_000  # bytes

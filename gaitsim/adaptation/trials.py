@@ -27,7 +27,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.gait.changed import damage_body, play_on, twin_of
 from gaitsim.gaussian_process import Prediction, posterior
 from gaitsim.individual import Individual
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 MeasureGait = Callable[[Individual], float]
 """Function that returns the performance of a gait on the damaged body, in the unit of the map."""

@@ -13,7 +13,7 @@ _SAFE = re.compile(r"\w[\w.+-]*")
 
 def run_names(incomplete: str) -> list[str]:
     """Return the names of runs in `runs/` with this prefix, oldest first."""
-    from gaitsim.runs.files.folder import RUNS, list_runs
+    from gaitsim.storage.files.folder import RUNS, list_runs
 
     try:
         found = list_runs(RUNS)

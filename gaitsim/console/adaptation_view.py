@@ -27,9 +27,9 @@ from gaitsim.gait import analyse_individual
 from gaitsim.legged.damage import damage_options
 from gaitsim.render.plots.adaptation_report import kept_figure, pairs_figure
 from gaitsim.render.plots.style import save
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.snapshot import RunSnapshot
 
 
 class AdaptationView:

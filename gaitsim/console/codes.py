@@ -9,12 +9,12 @@ from gaitsim.console.printing import notice, status
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Choice, Individual
 from gaitsim.opening import read_regular
-from gaitsim.runs.files.checkpoint import Champion
-from gaitsim.runs.files.folder import RUNS, holds_run
-from gaitsim.runs.provenance import current_versions
-from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import Challenge, verify_challenge
 from gaitsim.sharing.code import LONGEST, looks_like_code
+from gaitsim.storage.files.checkpoint import Champion
+from gaitsim.storage.files.folder import RUNS, holds_run
+from gaitsim.storage.provenance import current_versions
+from gaitsim.storage.snapshot import RunSnapshot
 
 STANDARD_INPUT = "-"
 

@@ -20,8 +20,8 @@ from gaitsim.evolution import Generation
 from gaitsim.live.protocol import Snapshot
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.runs.files.history import FIGURE, MEAN, figures_of, row
-from gaitsim.runs.growing import Rows
+from gaitsim.storage.files.history import FIGURE, MEAN, figures_of, row
+from gaitsim.storage.growing import Rows
 
 Row = Mapping[str, Any]
 """A row of the history: one generation."""

@@ -29,21 +29,21 @@ from gaitsim.live.protocol import RunCommand, Snapshot, snapshot_of
 from gaitsim.live.slots import slot_count
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.registry.entry_points import interrupted_plugin
-from gaitsim.runs.background import (
+from gaitsim.sharing.challenge import Challenge
+from gaitsim.storage.background import (
     STATE_PREDICATES,
     create_runtime_folder,
     last_failure,
 )
-from gaitsim.runs.compatibility import check_start
-from gaitsim.runs.creation import find_individual
-from gaitsim.runs.files.checkpoint import Champion, Start
-from gaitsim.runs.files.folder import RUNS, command
-from gaitsim.runs.files.history import row
-from gaitsim.runs.growing import Rows
-from gaitsim.runs.resume import ResumeOptions
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
-from gaitsim.sharing.challenge import Challenge
+from gaitsim.storage.compatibility import check_start
+from gaitsim.storage.creation import find_individual
+from gaitsim.storage.files.checkpoint import Champion, Start
+from gaitsim.storage.files.folder import RUNS, command
+from gaitsim.storage.files.history import row
+from gaitsim.storage.growing import Rows
+from gaitsim.storage.resume import ResumeOptions
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 SLOW = 1.0  # seconds; shorter preparations are not reported
 FIRST_MOMENTS = 1.0  # seconds for which the command waits for an early failure in the background

@@ -21,10 +21,10 @@ from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.explanation import summary_line
 from gaitsim.render.terminal.text import number
-from gaitsim.runs.files.checkpoint import Start
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.files.history import FIGURE, best_terms, figures_of
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.checkpoint import Start
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.files.history import FIGURE, best_terms, figures_of
+from gaitsim.storage.snapshot import RunSnapshot
 
 
 def champion_of(run: RunSnapshot) -> Individual | None:

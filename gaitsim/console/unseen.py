@@ -12,7 +12,7 @@ from gaitsim.gait.checks import CheckResults, check_gait, worlds_of
 from gaitsim.gait.feedback import REPORTED, FeedbackResults, blinded, compare_blind
 from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen
 from gaitsim.individual import Individual
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 Result = TypeVar("Result")
 

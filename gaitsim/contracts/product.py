@@ -15,7 +15,7 @@ from gaitsim.errors import GaitsimError
 
 # Contracts import nothing that stands on them.
 Individual = Any  # gaitsim.Individual
-RunSnapshot = Any  # gaitsim.runs.snapshot.RunSnapshot
+RunSnapshot = Any  # gaitsim.storage.snapshot.RunSnapshot
 Figure = Any  # matplotlib.figure.Figure
 
 Input = Literal["run", "individual", "individuals"]

@@ -21,7 +21,7 @@ from gaitsim.gait.robustness import Angles
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
 from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.toml import literal, shortened
 
 

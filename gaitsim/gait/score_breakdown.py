@@ -9,7 +9,7 @@ from gaitsim.contracts import Channel, Motion
 from gaitsim.evaluation.scoring import evaluate_motion
 from gaitsim.gait.feet import Floats
 from gaitsim.individual import Individual
-from gaitsim.runs.files.history import COLUMNS, MEAN
+from gaitsim.storage.files.history import COLUMNS, MEAN
 
 PARTS = 10  # number of parts of the motion; the terms are evaluated at the end of each
 DOMINANT = 0.6  # share of the sum of absolute terms from which a term dominates

@@ -16,8 +16,8 @@ from gaitsim.gait.gait_files import SUFFIXES, Gait, GaitFile, fit_to_body, gait_
 from gaitsim.individual import Choice, Individual
 from gaitsim.registry import plugin_errors
 from gaitsim.render.plots.labels import heading_of_run
-from gaitsim.runs.files.folder import EXPORTS, exports_folder, holds_run
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import EXPORTS, exports_folder, holds_run
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.toml import literal, shortened
 
 _BODY = (

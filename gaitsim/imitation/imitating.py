@@ -106,7 +106,7 @@ class Result(ReprMixin):
             GaitsimError: the format is unknown, or a file would replace the imitated gait file.
             RunError: a file cannot be written.
         """
-        from gaitsim.runs.files.folder import create_out_folder
+        from gaitsim.storage.files.folder import create_out_folder
 
         if format not in get_args(GaitFormat):
             raise unknown("format", format, get_args(GaitFormat))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait, read_bounded, read_npz
 from gaitsim.network import Network
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.toml import shortened
 
 Angles = NDArray[np.float64]

@@ -7,7 +7,7 @@
     number of programs    ◀── snapshots
 
 With `--listen` the process detaches from its parent, outlives it, and accepts commands from any
-client of its socket, which is in a private folder of the user (`gaitsim.runs.background`). A new
+client of its socket, which is in a private folder of the user (`gaitsim.storage.background`). A new
 client first receives a snapshot with all keys but `rows`, `events` and `error`; the rows are in the
 run's folder. A client that disconnects, or does not read for two seconds, does not affect the run.
 

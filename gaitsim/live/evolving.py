@@ -12,7 +12,7 @@ from gaitsim.experiment import Overrides
 from gaitsim.live.protocol import Best, RunCommand, State, read_command
 from gaitsim.live.reporter import Reporter
 from gaitsim.live.slots import Slot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.writer import RunWriter
 
 PERIOD = 0.4  # seconds between two checks for a free slot, and for the run's folder
 

@@ -19,7 +19,7 @@ from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
 from gaitsim.live.protocol import RunCommand, Snapshot, State, merge, read_snapshot, write_command
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.runs.background import (
+from gaitsim.storage.background import (
     SOCKET,
     BackgroundProcess,
     address,
@@ -27,9 +27,9 @@ from gaitsim.runs.background import (
     last_failure,
     runtime_file,
 )
-from gaitsim.runs.lock import RunLock
-from gaitsim.runs.resume import ResumeOptions, plan_resume
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.lock import RunLock
+from gaitsim.storage.resume import ResumeOptions, plan_resume
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.toml import text
 
 START_TIMEOUT = 60.0  # seconds
@@ -70,7 +70,7 @@ def start_detached(
 
     The run starts immediately, or is queued if one background run per core is already evolving.
     Later failures are reported to its clients and by
-    `gaitsim.runs.background.last_failure`. The options are those of `plan_resume`.
+    `gaitsim.storage.background.last_failure`. The options are those of `plan_resume`.
     """
     if sys.platform == "win32":
         raise GaitsimError("background runs are not supported on Windows", remedy="omit --detach")

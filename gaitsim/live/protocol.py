@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, Typed
-from gaitsim.runs.files.history import island_bests
-from gaitsim.runs.growing import Rows
+from gaitsim.storage.files.history import island_bests
+from gaitsim.storage.growing import Rows
 
 State = Literal[
     "preparing", "queued", "running", "paused", "finished", "stopped", "failed", "elsewhere"

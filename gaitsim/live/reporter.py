@@ -21,9 +21,9 @@ from gaitsim.live.protocol import (
     top_individuals,
     write_snapshot,
 )
-from gaitsim.runs.files.folder import champion_file
-from gaitsim.runs.files.history import island_bests, row
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.files.folder import champion_file
+from gaitsim.storage.files.history import island_bests, row
+from gaitsim.storage.writer import RunWriter
 
 PERIOD = 0.05  # seconds between two lines
 ROWS_KEPT = 1000  # for a slow reader; all rows are on disk

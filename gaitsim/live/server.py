@@ -21,7 +21,7 @@ from gaitsim.live.evolving import CommandQueue
 from gaitsim.live.protocol import RunCommand, read_command
 from gaitsim.live.reporter import Reporter
 from gaitsim.live.slots import Slot, slot_count
-from gaitsim.runs.background import (
+from gaitsim.storage.background import (
     FAILURE,
     LOCK,
     LOG,
@@ -36,7 +36,7 @@ from gaitsim.runs.background import (
     identity,
     runtime_file,
 )
-from gaitsim.runs.files.folder import deleted_or_moved
+from gaitsim.storage.files.folder import deleted_or_moved
 
 BACKLOG = 32  # clients that may wait to be connected
 LONGEST_LOG = 2**20  # bytes

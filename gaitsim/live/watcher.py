@@ -10,12 +10,12 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best, Clock, Event, Snapshot, Speed, snapshot_of
-from gaitsim.runs.files.checkpoint import Checkpoint
-from gaitsim.runs.files.folder import champion_file, deleted_or_moved, saved_champions
-from gaitsim.runs.growing import HistoryBuffer, RunFollower
-from gaitsim.runs.lock import is_locked
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.stages import RunStage, restore_generation
+from gaitsim.storage.files.checkpoint import Checkpoint
+from gaitsim.storage.files.folder import champion_file, deleted_or_moved, saved_champions
+from gaitsim.storage.growing import HistoryBuffer, RunFollower
+from gaitsim.storage.lock import is_locked
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.stages import RunStage, restore_generation
 
 PERIOD = 0.25  # seconds between two reads
 RECENT = 3.0  # seconds over which speeds are measured

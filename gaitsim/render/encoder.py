@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.runs.files.atomic import replacing
+from gaitsim.storage.files.atomic import replacing
 
 if TYPE_CHECKING:
     from av import VideoFrame

@@ -23,7 +23,7 @@ from gaitsim.render.encoder import (
 )
 from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene
 from gaitsim.render.scene.clip import Clip
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

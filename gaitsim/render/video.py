@@ -14,7 +14,7 @@ from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import clip_of
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 
 class Video(Film):

@@ -13,7 +13,7 @@ from string import Template
 
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.registry import EXPERIMENTS, PLUGINS, Entry, entries
-from gaitsim.runs.files.atomic import draft_folder, sweep
+from gaitsim.storage.files.atomic import draft_folder, sweep
 
 PREFIX = "gaitsim-"
 LONGEST = 40

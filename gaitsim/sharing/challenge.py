@@ -19,11 +19,12 @@ from gaitsim.experiment import PORTABLE, Experiment, Overrides, parse_experiment
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.individual import Individual, Member
-from gaitsim.runs.compatibility import expected_genomes, genome_mismatch, missing_packages
-from gaitsim.runs.files.checkpoint import Champion
-from gaitsim.runs.files.folder import holds_run
-from gaitsim.runs.files.schema import Name
-from gaitsim.runs.provenance import (
+from gaitsim.sharing.code import WHERE, decode, encode, invalid
+from gaitsim.storage.compatibility import expected_genomes, genome_mismatch, missing_packages
+from gaitsim.storage.files.checkpoint import Champion
+from gaitsim.storage.files.folder import holds_run
+from gaitsim.storage.files.schema import Name
+from gaitsim.storage.provenance import (
     MACHINE,
     RESULTS,
     Provenance,
@@ -31,7 +32,6 @@ from gaitsim.runs.provenance import (
     differences,
     read_provenance,
 )
-from gaitsim.sharing.code import WHERE, decode, encode, invalid
 from gaitsim.toml import LARGEST
 
 _HEAD = struct.Struct("<IIdcIII")

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.runs.growing import HistoryBuffer, RunFollower
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.growing import HistoryBuffer, RunFollower
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.study.differences import Difference, Stages, differences, scoring_warning
 
 QUANTITIES = get_args(Quantity)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment, Overrides, load_experiment, read_outline, with_overrides
 from gaitsim.experiment.overrides import COMMAND_LINE
-from gaitsim.runs.files.folder import command
+from gaitsim.storage.files.folder import command
 from gaitsim.study.differences import differences, scoring_warning
 from gaitsim.study.runtimes import (
     GIVEN,

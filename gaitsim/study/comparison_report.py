@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.study.comparison import Findings
 from gaitsim.study.results import markdown, number
 from gaitsim.study.runtimes import DIGITS, target_text

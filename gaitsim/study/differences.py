@@ -6,7 +6,7 @@ from typing import Any
 
 from gaitsim.experiment import ExperimentOutline
 from gaitsim.registry.options import PLUGIN
-from gaitsim.runs.stages import SCORING
+from gaitsim.storage.stages import SCORING
 from gaitsim.toml import brief
 
 Stages = Sequence[tuple[int, ExperimentOutline]]

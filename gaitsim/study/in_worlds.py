@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import Ranges, conditions_of, ranges_of
 from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen, worst_tenth
 from gaitsim.individual import Individual
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.study.statistics import CONFIDENCE, NO_INTERVAL, Interval
 
 LEAST_WORLDS = 100

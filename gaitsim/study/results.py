@@ -18,8 +18,8 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.opening import is_folder, open_regular, read_regular
-from gaitsim.runs.files.atomic import sweep, write_bytes, writing
-from gaitsim.runs.lock import is_locked
+from gaitsim.storage.files.atomic import sweep, write_bytes, writing
+from gaitsim.storage.lock import is_locked
 from gaitsim.study.confirmation import ReachedTarget
 from gaitsim.study.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study
 from gaitsim.study.running import CELLS, Best, recorded_generations

@@ -25,13 +25,13 @@ from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Experiment
 from gaitsim.opening import read_regular
-from gaitsim.runs.files.atomic import sweep, write_bytes
-from gaitsim.runs.files.folder import create_subfolder
+from gaitsim.storage.files.atomic import sweep, write_bytes
+from gaitsim.storage.files.folder import create_subfolder
 from gaitsim.study.file import Cell, Study
 
 _OWN = "gaitsim"
-# The dependencies of gaitsim that compute results. `gaitsim.runs.compatibility.versions` lists only
-# loaded engines, but a key must not depend on the modules that this process has loaded.
+# The dependencies of gaitsim that compute results. `gaitsim.storage.compatibility.versions` lists
+# only loaded engines, but a key must not depend on the modules that this process has loaded.
 _NUMERICAL = (_OWN, "mujoco-core", "numba", "numpy", "pymunk", "scipy")
 
 

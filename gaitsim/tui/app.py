@@ -135,7 +135,7 @@ def _question(runs: Sequence[Path]) -> "Choose":
 
 def _evolving_in(folder: Path) -> list[Path]:
     """Return the runs of a folder that evolve in the background."""
-    from gaitsim.runs.background import background_processes
+    from gaitsim.storage.background import background_processes
 
     whole = folder.resolve()
     return [one.run for one in background_processes() if whole in one.run.parents]

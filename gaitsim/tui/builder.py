@@ -32,7 +32,7 @@ from gaitsim.experiment import (
 from gaitsim.experiment.loading import is_body_file
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.options import OPERATORS, PLUGIN
-from gaitsim.runs.files.folder import RUNS
+from gaitsim.storage.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
 SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, *KINDS)

@@ -148,7 +148,7 @@ def remember_theme(path: Path, theme: str) -> None:
     """Write a theme to the settings; keep the rest of the file, including comments."""
     import tomlkit
 
-    from gaitsim.runs.files.atomic import write_bytes, writing
+    from gaitsim.storage.files.atomic import write_bytes, writing
 
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -24,7 +24,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import load_class, options
 from gaitsim.registry.loading import call_product, products
 from gaitsim.registry.options import declared, flag, read_options, validated, value_type
-from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.storage.files.folder import EXPORTS
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
@@ -186,8 +186,8 @@ def unavailable_products(run: Path) -> dict[CommandForm, GaitsimError]:
     Raises:
         GaitsimError: nothing can be exported: the run has no champion, or its folder is read-only.
     """
-    from gaitsim.runs.files.folder import exports_folder
-    from gaitsim.runs.snapshot import RunSnapshot
+    from gaitsim.storage.files.folder import exports_folder
+    from gaitsim.storage.snapshot import RunSnapshot
 
     exports_folder(run)
     champion = RunSnapshot(run).individual()

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, RunError, not_installed
 from gaitsim.gait.gait_files import check_parent
 from gaitsim.individual import Individual
-from gaitsim.runs.files.atomic import replacing, writing
-from gaitsim.runs.files.history import FIGURE, MEAN, SCORES, terms_of
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.atomic import replacing, writing
+from gaitsim.storage.files.history import FIGURE, MEAN, SCORES, terms_of
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.toml import brief
 
 FILE = "events.out.tfevents.gaitsim"

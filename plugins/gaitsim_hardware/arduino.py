@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Controller
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.files.atomic import write_bytes, writing
+from gaitsim.storage.files.atomic import write_bytes, writing
 from gaitsim_hardware.c_code import as_comment, c_code, filled, make_folder
 from gaitsim_hardware.calibration import Calibration
 from gaitsim_hardware.keyframes import DECIMALS, Keyframes, range_error

@@ -18,7 +18,7 @@ from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin
 from gaitsim.gait.gait_files import check_parent
 from gaitsim.individual import Individual
 from gaitsim.registry import find, plugin_errors
-from gaitsim.runs.files.atomic import write_bytes, writing
+from gaitsim.storage.files.atomic import write_bytes, writing
 
 Values = Mapping[str, NDArray[np.float64]]
 """Numbers and arrays by name."""

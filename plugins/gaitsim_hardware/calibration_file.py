@@ -15,7 +15,7 @@ from gaitsim.experiment.loading import read_file
 from gaitsim.experiment.overrides import Problems, invalid_value
 from gaitsim.gait.gait_files import Gait, check_folder
 from gaitsim.legged import SERVOS
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim_hardware.calibration import BUSES, Calibration, Joint
 
 SCHEMA = 1

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait, check_folder
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim_hardware.calibration import Calibration
 
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ from gaitsim.contracts import Exported
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.registry import plugin_errors
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim_hardware.c_code import (
     as_comment,
     c_code,

@@ -14,9 +14,9 @@ from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.archive_view import ArchiveView, colour_scale_low
 from gaitsim.render.plots.data import require_archive
 from gaitsim.render.terminal.heat_map import VIRIDIS
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.clips import clip_data
 from gaitsim_page.document import asset, document, program_version
 from gaitsim_page.gaits import gaits_data

@@ -123,8 +123,8 @@ class Steer(Action):
         """Open the terminal UI, or write the page."""
         from gaitsim.cli.tui import check_terminal, run_app
         from gaitsim.console.printing import echo, notice, status
-        from gaitsim.runs.files.folder import command
         from gaitsim.steering import Drive
+        from gaitsim.storage.files.folder import command
 
         if self.record is not None and self.out is not None:
             raise not_combinable("--record", "--out")
@@ -164,8 +164,8 @@ class Steer(Action):
         """Return the experiment of the body, its controllers' genomes by name, and a notice."""
         from gaitsim.console.codes import read_challenge
         from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment
-        from gaitsim.runs.creation import find_individual
         from gaitsim.steering import controllers_of, individual_subject, made_by_hand
+        from gaitsim.storage.creation import find_individual
 
         overrides = parse_assignments(self.set_ or ())
         replaced = dict(map(_parse_controller, self.controller or ()))
@@ -198,7 +198,7 @@ def _names_individual(reference: str) -> bool:
     """Return whether a reference is an individual rather than a preset or a file of a body."""
     from gaitsim.experiment.loading import is_body_file
     from gaitsim.registry import EXPERIMENTS, entries
-    from gaitsim.runs.files.folder import RUNS, holds_run
+    from gaitsim.storage.files.folder import RUNS, holds_run
 
     if reference in entries(EXPERIMENTS) or reference.endswith(".toml") or is_body_file(reference):
         return False

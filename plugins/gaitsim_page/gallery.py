@@ -17,11 +17,11 @@ from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
 from gaitsim.render.scene import Clip, Scene
 from gaitsim.render.terminal.text import number, visible_lines
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import check_links, create_out_folder, list_runs
-from gaitsim.runs.manage import read_note
-from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import check_links, create_out_folder, list_runs
+from gaitsim.storage.manage import read_note
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.document import asset, escaped, head, program_version
 from gaitsim_page.player import write_page
 

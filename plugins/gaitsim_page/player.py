@@ -11,10 +11,10 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
 from gaitsim.render.scene.themes import THEMES
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import holds_run
-from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import code_of
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import holds_run
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.clips import clip_data, finite_or_none
 from gaitsim_page.document import document, program_version
 

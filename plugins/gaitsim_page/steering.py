@@ -12,8 +12,8 @@ from gaitsim.experiment import Experiment
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.scene.clip import Clip
-from gaitsim.runs.files.atomic import write_bytes
 from gaitsim.steering import Drive
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim_page.clips import body_data
 from gaitsim_page.document import asset, document, program_version
 from gaitsim_page.player import themes

@@ -13,7 +13,7 @@ from gaitsim.render.archive_view import ArchiveView, colour_scale_low
 from gaitsim.render.plots.data import require_archive
 from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,9 +15,9 @@ from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generation
 from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.files.folder import unfinished_error
-from gaitsim.runs.files.history import COLUMNS, FIGURE, MEAN, figures_of
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import unfinished_error
+from gaitsim.storage.files.history import COLUMNS, FIGURE, MEAN, figures_of
+from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -28,7 +28,7 @@ from gaitsim.render.plots.labels import (
 )
 from gaitsim.render.plots.panels import BAR, draw_bars, intervals, shade_spans
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,8 +15,8 @@ from gaitsim.individual import Member
 from gaitsim.render.plots.data import require_front
 from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

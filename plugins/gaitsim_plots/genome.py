@@ -12,8 +12,8 @@ from gaitsim.errors import NothingToPlotError
 from gaitsim.render.plots.fitness import mark_stages
 from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.runs.files.folder import unfinished_error
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import unfinished_error
+from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

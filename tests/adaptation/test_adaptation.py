@@ -29,7 +29,7 @@ from gaitsim.gait import play_on_twin
 from gaitsim.gait.changed import with_damage
 from gaitsim.gaussian_process import posterior
 from gaitsim.individual import Individual
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 SETTINGS = AdaptationSettings()
 

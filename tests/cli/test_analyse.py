@@ -11,7 +11,7 @@ import gaitsim as gs
 from gaitsim.console.printing import as_json
 from gaitsim.gait import analyse_individual, feedback, with_damage
 from gaitsim.gait.gait_files import gait_of, write_gait
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 GAITS = Path(__file__).parents[2] / "data/gaits"
 SMALL = ("--population", 10, "--generations", 3)

@@ -14,10 +14,10 @@ from gaitsim.console.evolving import _Follower
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Event, Snapshot
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.history import row
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.files.history import row
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 
 class Recorder(Display):
@@ -84,7 +84,7 @@ def test_rows_whose_islands_are_not_on_disk_yet_are_shown_later(
     puppet, shown, monkeypatch, tmp_path
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
+    monkeypatch.setattr("gaitsim.storage.writer.PERIOD", 1e9)
     path = create_run(
         puppet("islands.number=2", "islands.migrants=1", "evolution.generations=5"), Path("run")
     )

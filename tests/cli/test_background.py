@@ -13,8 +13,8 @@ from waiting import until
 
 from gaitsim.live.process import background_state, send
 from gaitsim.live.protocol import RunCommand
-from gaitsim.runs.background import background_process, last_failure
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.background import background_process, last_failure
+from gaitsim.storage.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
 PUPPETS = Path(__file__).parents[1] / "puppets"

@@ -7,9 +7,9 @@ from functools import partial
 import pytest
 
 from gaitsim.evaluation import evaluate
-from gaitsim.runs.creation import fork_run
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import fork_run
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 
 @pytest.fixture

@@ -13,8 +13,8 @@ from gaitsim import cli
 from gaitsim.cli.app import app
 from gaitsim.evaluation import evaluate
 from gaitsim.registry import EXPERIMENTS, KINDS, entries
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.writer import RunWriter
 
 HEAVY = (
     *("numpy", "numba", "scipy", "matplotlib", "textual", "tomlkit", "PIL", "av", "pymunk"),

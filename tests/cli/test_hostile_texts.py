@@ -7,7 +7,7 @@ import pytest
 from hostile_texts import CHANGES, ENTRIES, HOSTILE, MARKUP, NAME, PACKAGE, raw
 
 from gaitsim.cli import main
-from gaitsim.runs.lock import RunLock
+from gaitsim.storage.lock import RunLock
 
 
 @pytest.fixture(params=[False, True], ids=["piped", "terminal"])

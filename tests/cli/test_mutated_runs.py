@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from gaitsim.errors import GaitsimError
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.runs.files import safe_pickle
+from gaitsim.storage.files import safe_pickle
 
 COMMANDS = (
     "show RUN",

@@ -6,10 +6,10 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import RunError
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.growing import overview
-from gaitsim.runs.lock import RunLock
-from gaitsim.runs.manage import LARGEST, read_note, rename_run, write_note
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.growing import overview
+from gaitsim.storage.lock import RunLock
+from gaitsim.storage.manage import LARGEST, read_note, rename_run, write_note
 
 
 @pytest.fixture

@@ -12,7 +12,7 @@ from waiting import until
 
 import gaitsim as gs
 from gaitsim.console.printing import as_json
-from gaitsim.runs.files.checkpoint import read_checkpoint, write_checkpoint
+from gaitsim.storage.files.checkpoint import read_checkpoint, write_checkpoint
 
 posix = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 SPIDER = ("spider-recurrence", "--population", 10)

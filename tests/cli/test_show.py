@@ -1,14 +1,14 @@
 import pytest
 from run_helpers import strict
 
-from gaitsim.runs.files.history import best_terms
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.history import best_terms
+from gaitsim.storage.snapshot import RunSnapshot
 
 
 @pytest.fixture
 def unstarted(puppet, tmp_path):
     """A run without a generation."""
-    from gaitsim.runs.creation import create_run
+    from gaitsim.storage.creation import create_run
 
     return create_run(puppet(), tmp_path / "runs/unstarted")
 

@@ -6,9 +6,9 @@ from cart import CART
 from kite import fly_kites
 
 from gaitsim.api import evolve, load
-from gaitsim.runs.creation import champion_of
-from gaitsim.runs.files.checkpoint import write_champion
 from gaitsim.sharing.challenge import code_of
+from gaitsim.storage.creation import champion_of
+from gaitsim.storage.files.checkpoint import write_champion
 
 
 @pytest.fixture

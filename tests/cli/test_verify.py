@@ -12,7 +12,7 @@ from gaitsim_walker import machine
 @pytest.fixture
 def run(gaitsim, puppet_file, tmp_path, monkeypatch):
     """Evolve a run of five generations, each saved at once."""
-    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 0.0)
+    monkeypatch.setattr("gaitsim.storage.writer.PERIOD", 0.0)
     gaitsim("run", puppet_file)
     return tmp_path / "runs/puppet"
 
@@ -158,6 +158,6 @@ def test_ctrl_c_stops_it(gaitsim, run, monkeypatch):
     def stop(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("gaitsim.runs.verification.reproduce_all", stop)
+    monkeypatch.setattr("gaitsim.storage.verification.reproduce_all", stop)
     done = gaitsim("verify", "puppet", "--all", code=130)
     assert (done.stdout, done.stderr) == ("", "")

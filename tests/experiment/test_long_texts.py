@@ -11,7 +11,7 @@ from gaitsim import toml
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment, read_outline
 from gaitsim.experiment.model import _multiline
-from gaitsim.runs.stages import changes
+from gaitsim.storage.stages import changes
 from gaitsim.study.differences import differences
 
 LINES = '<shape name="cube">\n' + "  <side/>\n" * 20_000 + "</shape>\n"

@@ -18,9 +18,9 @@ from gaitsim.imitation.imitating import imitate, imitation_film
 from gaitsim.imitation.learning import SETTINGS, TrainingSettings
 from gaitsim.individual import Individual
 from gaitsim.render.film import RenderSettings
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 
 def evolved(experiment, path):

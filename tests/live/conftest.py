@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from gaitsim.runs.creation import create_run
+from gaitsim.storage.creation import create_run
 
 PUPPETS = Path(__file__).parents[1] / "puppets"
 

@@ -19,7 +19,7 @@ from gaitsim.live.process import background_state, kill, send, start_detached, s
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.server import Hub, Presence
 from gaitsim.live.slots import Slot, slot_count
-from gaitsim.runs.background import (
+from gaitsim.storage.background import (
     LOCK,
     SOCKET,
     STATUS,
@@ -29,8 +29,8 @@ from gaitsim.runs.background import (
     last_failure,
     runtime_file,
 )
-from gaitsim.runs.growing import overview
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.growing import overview
+from gaitsim.storage.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
 SLOW = ("organism.pause=0.01",)

@@ -13,10 +13,10 @@ from gaitsim.experiment import Typed
 from gaitsim.live.evolving import CommandQueue, evolve_live
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.reporter import Reporter
-from gaitsim.runs import writer as writing
-from gaitsim.runs.lock import RunLock
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage import writer as writing
+from gaitsim.storage.lock import RunLock
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 FULL = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 

@@ -10,9 +10,9 @@ import sys
 import pytest
 
 from gaitsim.live.process import RunProcess, background_state, start_detached, stop
-from gaitsim.runs.background import last_failure
-from gaitsim.runs.lock import is_locked
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.background import last_failure
+from gaitsim.storage.lock import is_locked
+from gaitsim.storage.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs POSIX signals")
 SLOW = ("organism.pause=0.01",)

@@ -20,7 +20,7 @@ from gaitsim.live.protocol import (
     write_command,
     write_snapshot,
 )
-from gaitsim.runs.growing import HistoryBuffer
+from gaitsim.storage.growing import HistoryBuffer
 
 BEFORE = Snapshot(
     "running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(RankedIndividual(1, {}),)

@@ -10,9 +10,9 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.runs.files.folder import champion_file, saved_champions
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.files.folder import champion_file, saved_champions
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 
 def evolve(path, until=None, **options):
@@ -68,7 +68,7 @@ def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
 
 
 async def test_a_growing_run_is_followed(new_run, monkeypatch):
-    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 0.0)
+    monkeypatch.setattr("gaitsim.storage.writer.PERIOD", 0.0)
     path = new_run()
     seen, watch = [], RunWatcher(path, period=0)
     with RunWriter.open(path) as writer:
@@ -107,7 +107,7 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkey
     def missing(*_):
         raise ExperimentError([GaitsimError("unknown organism plugin 'puppet'")])
 
-    monkeypatch.setattr("gaitsim.runs.snapshot.parse_experiment", missing)
+    monkeypatch.setattr("gaitsim.storage.snapshot.parse_experiment", missing)
     snapshot = RunWatcher(path).poll()
     assert snapshot.champion == Best(generation, score, ())
     assert len(snapshot.top) == 5

@@ -10,7 +10,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.manage import write_note
+from gaitsim.storage.manage import write_note
 from gaitsim_page import gallery
 from gaitsim_page.gallery import write_gallery
 

@@ -12,7 +12,7 @@ import gaitsim as gs
 from gaitsim.contracts import Measure, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.individual import Individual
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.document import document
 from gaitsim_page.player import MAX_CURVE_POINTS, page, page_data
 

@@ -9,8 +9,8 @@ from gaitsim.render.film import RenderSettings
 from gaitsim.render.scene.clip import clip_of, format_command
 from gaitsim.render.scene.labels import format_moment, widest_moment
 from gaitsim.render.video import Video
-from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.steering import save_drive
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.clips import clip_data
 
 DRIVE = [{"at": 0.0, "speed": 0.1}, {"at": 1.0, "turn": -20.0}]

@@ -25,8 +25,8 @@ from gaitsim.render.plots.components import lines_of
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.scene import THEMES as SCENES
-from gaitsim.runs.files.history import terms_of
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.history import terms_of
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.study.comparison import Sample, analyse
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.joints import legs_of

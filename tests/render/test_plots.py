@@ -7,8 +7,8 @@ import pytest
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.style import LIGHT, save
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_plots.curves import terms_figure
 
 

@@ -8,8 +8,8 @@ import pytest
 from PIL import Image
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_exports import tensorboard
 from gaitsim_exports.tensorboard import FILE, write_events
 

@@ -6,7 +6,7 @@ from importlib.resources import files
 import pytest
 
 from gaitsim.experiment import load_experiment
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 MODELS = files("gaitsim_robot") / "models"
 SMALL = ("--population", 4, "--set", "organism.duration=1")

@@ -9,9 +9,9 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.runs.provenance import read_provenance
-from gaitsim.runs.snapshot import RunSnapshot
 from gaitsim.sharing.challenge import Challenge, code_of, verify_challenge
+from gaitsim.storage.provenance import read_provenance
+from gaitsim.storage.snapshot import RunSnapshot
 
 CODES = Path(__file__).with_name("codes")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
-from gaitsim.runs.lock import RunLock
+from gaitsim.storage.lock import RunLock
 from gaitsim.study.comparison import Sample, analyse, load_experiments
 from gaitsim.study.comparison_report import report, tables
 from gaitsim.study.confirmation import confirm

@@ -7,8 +7,8 @@ import pytest
 from textual.widgets import Input
 
 from gaitsim.evaluation import evaluate
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 
 AXES = "search.axes={reach=[-1.0, 3.0], price=[-1.0, 0.0], score=[-2.0, 3.0]}"
 ATLAS = ("search.plugin=map-elites", AXES, "search.cells=[12, 9, 3]", "evolution.population=40")

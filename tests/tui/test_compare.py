@@ -15,9 +15,9 @@ from waiting import app_until
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 from gaitsim.study.compare_runs import RunsReader, comparison_table, fair_axis
 from gaitsim.study.differences import ABSENT, differences, scoring_warning
 from gaitsim.tui.app import GaitsimApp

@@ -13,8 +13,8 @@ from gaitsim.adaptation.trials import Trial
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment, parse_assignments
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.screens.damage import damage_texts, set_joint, toggle_leg
 from gaitsim.tui.screens.laboratory import Laboratory
 from gaitsim.tui.screens.laboratory_panels import axes_of, mark

@@ -21,11 +21,11 @@ from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
 from gaitsim.live.process import background_state
 from gaitsim.live.protocol import Best, Event, RankedIndividual, Snapshot
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.growing import HistoryBuffer
-from gaitsim.runs.lock import is_locked
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.growing import HistoryBuffer
+from gaitsim.storage.lock import is_locked
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_board
 from gaitsim.tui.screens.change_dialog import ChangeDialog, changeable_options
@@ -117,7 +117,7 @@ def whole(make, gaitsim, *overrides, **options):
 
 
 def test_a_champion_that_is_not_on_disk_yet_is_simulated(tmp_path, monkeypatch):
-    monkeypatch.setattr("gaitsim.runs.writer.PERIOD", 1e9)
+    monkeypatch.setattr("gaitsim.storage.writer.PERIOD", 1e9)
     options = {"evolution.population": 12, "evolution.fitness_threshold": "none"}
     path = create_run(load_experiment("spider", options), tmp_path / "run")
     with RunWriter.open(path) as writer:

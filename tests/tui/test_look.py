@@ -9,8 +9,8 @@ from waiting import app_until
 from gaitsim import registry
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.registry import KINDS
-from gaitsim.runs.growing import RunsWatcher
-from gaitsim.runs.overview import Overview
+from gaitsim.storage.growing import RunsWatcher
+from gaitsim.storage.overview import Overview
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.products import all_forms
 from gaitsim.tui.screens.export_dialog import ExportDialog

@@ -8,7 +8,7 @@ from textual.widgets import Input, OptionList, Select, Tab
 
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import KINDS, options
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.widgets.form import TITLES, Field
 
 SIZES = [(80, 24), (160, 48)]

@@ -18,9 +18,9 @@ from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.individual import Member
 from gaitsim.render.colours import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, SWING_INK, strip
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.snapshot import RunSnapshot
-from gaitsim.runs.writer import RunWriter
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.replay import Replay
 from gaitsim.tui.screens.replay_loading import PATIENCE, Loader

@@ -9,7 +9,7 @@ from textual.events import MouseScrollDown
 from textual.widgets import Button
 
 from gaitsim.live.process import background_state
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.slow
 RUN = Path("runs/walk")

@@ -12,8 +12,8 @@ from gaitsim.individual import Individual
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import add_heading, format_score, heading_of_run
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
-from gaitsim.runs.files.folder import saved_champions, unfinished_error
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import saved_champions, unfinished_error
+from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

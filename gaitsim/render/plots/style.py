@@ -23,7 +23,7 @@ from gaitsim.render.colours import (
     RIGHT_ON_DARK,
     sides,
 )
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.render.plots.style import LIGHT, save, styled
-from gaitsim.runs.files.atomic import writing
+from gaitsim.storage.files.atomic import writing
 from gaitsim.study.file import EXPERIMENT, Cell, Study
 from gaitsim.study.running import Best, recorded_generations
 

@@ -14,8 +14,8 @@ from gaitsim.render.archive_view import ArchiveView, colour_scale_low
 from gaitsim.render.terminal.braille import SPACE, Inks
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.render.ticks import labels, ticks
-from gaitsim.runs.files.history import FIGURE
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.history import FIGURE
+from gaitsim.storage.snapshot import RunSnapshot
 
 AXIS, CURSOR, EMPTY = 1, 2, 3  # inks of axes and labels, of the cursor on the axes, of empty cells
 LEVELS = 13  # levels of the scale; all pairs of levels, empty and cursor have inks in one byte

@@ -9,7 +9,7 @@ from typing import Any, get_args
 from gaitsim.contracts.product import Exporter, Input, Plot, Product, Subject
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, entries
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.testing.report import Finding, advice, error
 
 FEELING = {"organism.reflexes": {"heading": {}}, "organism.duration": 2.0}

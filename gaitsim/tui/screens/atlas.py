@@ -15,7 +15,7 @@ from textual.reactive import reactive
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.text import number, visible, visible_lines
-from gaitsim.runs.files.folder import command
+from gaitsim.storage.files.folder import command
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.atlas_source import Atlas, AtlasReader, Elite
 from gaitsim.tui.screens.base import GaitScreen, RunChoice

@@ -12,8 +12,8 @@ from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.heat_map import axis_labels, summary
 from gaitsim.render.terminal.text import number, visible
-from gaitsim.runs.growing import RunFollower
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.growing import RunFollower
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.screens.replay_loading import LoadedIndividual, load_individual
 
 _JOINED = "\N{NO-BREAK SPACE}"  # prevents a line break

@@ -169,8 +169,8 @@ class GaitScreen(Screen[None]):
     def action_steer(self) -> None:
         """Steer the body of the individual, which controls it."""
         from gaitsim.individual import Member
-        from gaitsim.runs.files.folder import command
         from gaitsim.steering import individual_drive
+        from gaitsim.storage.files.folder import command
 
         if self.choice is None:
             return

@@ -23,9 +23,9 @@ from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.registry import options
 from gaitsim.registry.options import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.resume import plan_resume
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.resume import plan_resume
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.keys import bindings
 
 _NEED_DATA = {"enter", "tab"}  # keys that must wait until the data has been read

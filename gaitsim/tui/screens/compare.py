@@ -14,7 +14,7 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.render.series import run_curves
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import EXPERIMENT, command
+from gaitsim.storage.files.folder import EXPERIMENT, command
 from gaitsim.study.compare_runs import (
     AXES,
     QUANTITIES,

@@ -20,8 +20,8 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
 
 if TYPE_CHECKING:
-    from gaitsim.runs.growing import RunsWatcher
-    from gaitsim.runs.overview import Overview
+    from gaitsim.storage.growing import RunsWatcher
+    from gaitsim.storage.overview import Overview
     from gaitsim.tui.widgets.run_table import RunTable
 
 T = TypeVar("T")
@@ -114,7 +114,7 @@ other terminals.
         self._show()
 
     def _read(self) -> "tuple[list[Overview], GaitsimError | None]":
-        from gaitsim.runs.growing import RunsWatcher
+        from gaitsim.storage.growing import RunsWatcher
 
         with self._reading:
             first = self._watch is None
@@ -246,7 +246,7 @@ other terminals.
         run = self.current()
         if run is None:
             return ""
-        from gaitsim.runs.files.folder import (
+        from gaitsim.storage.files.folder import (
             command,  # takes 0.25 s, so not before the first paint
         )
 
@@ -271,8 +271,8 @@ other terminals.
         yield from super().palette()
 
     def _steer(self, name: str) -> None:
-        from gaitsim.runs.files.folder import command
         from gaitsim.steering import preset_drive
+        from gaitsim.storage.files.folder import command
 
         line = command("steer", name)
         self.show_screen("steering.Steering", partial(preset_drive, name), line)
@@ -348,7 +348,7 @@ other terminals.
     @work(group="ask")
     async def action_delete(self) -> None:
         """Delete runs after a question that names them; keep live runs."""
-        from gaitsim.runs.manage import delete_run
+        from gaitsim.storage.manage import delete_run
         from gaitsim.tui.screens.questions import Confirm
 
         deleted = [run for run in self._chosen() if not run.evolves]
@@ -371,7 +371,7 @@ other terminals.
 
     @work(group="ask")
     async def action_rename(self) -> None:
-        from gaitsim.runs.manage import check_name, rename_run
+        from gaitsim.storage.manage import check_name, rename_run
         from gaitsim.tui.screens.questions import Ask
 
         run = self.current()
@@ -395,7 +395,7 @@ other terminals.
 
     @work(group="ask")
     async def action_note(self) -> None:
-        from gaitsim.runs.manage import read_note, write_note
+        from gaitsim.storage.manage import read_note, write_note
         from gaitsim.tui.screens.questions import NoteDialog
 
         run = self.current()

@@ -17,7 +17,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options, parse_damage
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import command
+from gaitsim.storage.files.folder import command
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.screens.damage import (

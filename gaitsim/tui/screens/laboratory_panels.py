@@ -31,7 +31,7 @@ from gaitsim.individual import Individual, Which
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.plan import Plan, plan_of
 from gaitsim.render.terminal.text import number, visible, visible_lines
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.screens.damage import Choice, Legs, damage_texts
 from gaitsim.tui.widgets.archive_map import ArchiveMap

@@ -14,10 +14,10 @@ from gaitsim.experiment import Overrides
 from gaitsim.live.process import RunProcess, background_state
 from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.runs.background import STATE_PREDICATES
-from gaitsim.runs.creation import fork_run
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.lock import is_locked
+from gaitsim.storage.background import STATE_PREDICATES
+from gaitsim.storage.creation import fork_run
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.lock import is_locked
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.screens.change_dialog import ChangeDialog, ChangeRequest

@@ -12,9 +12,9 @@ from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.live.process import background_state
 from gaitsim.live.protocol import Best, Event, Snapshot, concatenate
-from gaitsim.runs.background import last_failure
-from gaitsim.runs.growing import HistoryBuffer, Rows
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.background import last_failure
+from gaitsim.storage.growing import HistoryBuffer, Rows
+from gaitsim.storage.snapshot import RunSnapshot
 
 EVENTS_KEPT = 200
 

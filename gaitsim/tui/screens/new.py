@@ -19,10 +19,10 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.options import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.creation import create_run
-from gaitsim.runs.files.atomic import write_bytes
-from gaitsim.runs.files.folder import RUNS, free_name
 from gaitsim.steering import create_drive, offered_commands
+from gaitsim.storage.creation import create_run
+from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.folder import RUNS, free_name
 from gaitsim.tui.builder import (
     SECTIONS,
     ExperimentBuilder,

@@ -11,8 +11,8 @@ from textual.reactive import reactive
 
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
-from gaitsim.runs.files.folder import EXPERIMENT, command
 from gaitsim.steering import create_drive, own_controllers
+from gaitsim.storage.files.folder import EXPERIMENT, command
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
 from gaitsim.tui.screens.questions import Ask

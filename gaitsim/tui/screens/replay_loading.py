@@ -13,8 +13,8 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.gait.changed import with_damage
 from gaitsim.individual import Individual, Measurement, Member, Which
 from gaitsim.render.series import Series
-from gaitsim.runs.files.folder import CHECKPOINT
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import CHECKPOINT
+from gaitsim.storage.snapshot import RunSnapshot
 
 PATIENCE = 2.0  # minimum seconds between two reads of an evolving run
 

@@ -21,8 +21,8 @@ from gaitsim.render.terminal.chase import VIEWS, chase_camera, draw_path
 from gaitsim.render.terminal.curve_view import CurveView
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import command
 from gaitsim.steering import Drive
+from gaitsim.storage.files.folder import command
 from gaitsim.tui.formatting import percentage
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen

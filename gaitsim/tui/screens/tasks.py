@@ -10,7 +10,7 @@ from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.text import visible
-from gaitsim.runs.files.folder import EXPORTS
+from gaitsim.storage.files.folder import EXPORTS
 from gaitsim.tui.formatting import duration, percentage
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths, open_or_copy

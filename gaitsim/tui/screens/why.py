@@ -28,8 +28,8 @@ from gaitsim.render.terminal.explanation import (
     world_results,
 )
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.runs.files.folder import command
-from gaitsim.runs.snapshot import RunSnapshot
+from gaitsim.storage.files.folder import command
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.replay_loading import describe, options_of

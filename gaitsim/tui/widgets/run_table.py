@@ -16,7 +16,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible, visible_lines
-from gaitsim.runs.overview import Overview
+from gaitsim.storage.overview import Overview
 from gaitsim.tui.formatting import ago, clip, clip_name, duration
 from gaitsim.tui.keys import bindings
 

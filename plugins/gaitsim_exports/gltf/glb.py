@@ -26,7 +26,7 @@ from gaitsim.render.scene.clip import Clip, clip_of
 from gaitsim.render.scene.ground import steps
 from gaitsim.render.scene.pixels import TINT
 from gaitsim.render.scene.themes import THEMES, mix, rgb
-from gaitsim.runs.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim_exports.gltf.document import STILL, Document
 
 CENTRE = "centre"

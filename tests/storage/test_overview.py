@@ -1,0 +1,153 @@
+"""The quick list of runs says the same as a full read of each run."""
+
+import numpy as np
+import pytest
+
+from gaitsim.storage.files import safe_pickle
+from gaitsim.storage.growing import overview
+from gaitsim.storage.lock import RunLock
+from gaitsim.storage.overview import list_overviews
+
+COMPARED = ("path", "state", "plugins", "generation", "generations", "best", "stage", "failure")
+
+
+read_in_full = overview
+
+
+@pytest.fixture
+def full_reads(monkeypatch):
+    """The paths of the runs that are read in full."""
+    read = []
+
+    def spied(path):
+        read.append(path)
+        return overview(path)
+
+    monkeypatch.setitem(globals(), "read_in_full", spied)
+    return read
+
+
+def check(path):
+    """Check that the list agrees with a full read, and return the run's entry."""
+    (listed,) = list_overviews(path.parent, read_in_full)
+    expected = overview(path)
+    for name in COMPARED:
+        assert getattr(listed, name) == getattr(expected, name), name
+    assert str(listed.problem) == str(expected.problem)
+    return listed
+
+
+@pytest.mark.parametrize(
+    ("overrides", "generations", "state"),
+    [
+        ([], 3, "stopped"),
+        ([], 5, "finished"),
+        (["evolution.target_score=-1000"], 1, "finished"),
+        (["evolution.target_score=1e6"], 2, "stopped"),
+        (["evolution.max_evaluations=17", "evolution.population=6"], 2, "finished"),
+        (["evolution.max_evaluations=18", "evolution.population=6"], 2, "stopped"),
+        (["evolution.stagnation=400"], 2, "stopped"),
+        (["islands.number=2"], 2, "stopped"),
+        (["search.plugin=cma-es"], 2, "stopped"),
+    ],
+)
+def test_a_usual_run_is_read_quickly(make, full_reads, overrides, generations, state):
+    found = check(make("walk", generations, *overrides))
+    assert (found.state, found.generation) == (state, generations)
+    assert not full_reads
+
+
+def test_stagnation_ends_a_run(make, puppets, full_reads, monkeypatch):
+    flat = {"reach": 1.0, "price": 0.0}
+    monkeypatch.setattr(
+        puppets.Reach,
+        "terms",
+        lambda fitness, motion: {
+            name: np.full(len(motion["reach"]), value) for name, value in flat.items()
+        },
+    )
+    assert check(make("walk", 3, "evolution.stagnation=2")).state == "finished"
+    assert not full_reads
+
+
+def test_a_run_that_a_process_writes_is_running(make, full_reads):
+    path = make()
+    lock = RunLock(path)
+    assert check(path).state == "running"
+    lock.release()
+    assert not full_reads
+
+
+def edit(name, old, new):
+    def change(path):
+        text = (path / name).read_text()
+        assert old in text
+        (path / name).write_text(text.replace(old, new))
+
+    return change
+
+
+def cut(name, size):
+    return lambda path: (path / name).write_bytes((path / name).read_bytes()[:size])
+
+
+def flip(name, at):
+    def change(path):
+        data = bytearray((path / name).read_bytes())
+        data[at] ^= 1
+        (path / name).write_bytes(data)
+
+    return change
+
+
+def reseal(**changed):
+    """Return a function that changes values of a checkpoint, with a right checksum."""
+
+    def change(path):
+        content = safe_pickle.load(path / "population.pickle")
+        (path / "population.pickle").write_bytes(safe_pickle.dumps({**content, **changed}))
+
+    return change
+
+
+def remove_checkpoints(path):
+    for file in path.glob("population*"):
+        file.unlink()
+
+
+UNUSUAL = {
+    "more generations": edit("experiment.toml", "generations = 5", "generations = 9"),
+    "fewer generations": edit("experiment.toml", "generations = 5", "generations = 2"),
+    "another fitness": edit("experiment.toml", "price = ", "price = 1"),
+    "a comment": edit("experiment.toml", "[evolution]", "# mine\n[evolution]"),
+    "invalid TOML": edit("experiment.toml", "[evolution]", "[evolution"),
+    "no experiment": lambda path: (path / "experiment.toml").write_bytes(b"\xff"),
+    "a damaged checkpoint": flip("population.pickle", -9),
+    "a damaged header": flip("population.pickle", 30),
+    "a newer checkpoint": flip("population.pickle", 8),
+    "a short checkpoint": cut("population.pickle", 100),
+    "only the previous checkpoint": lambda path: (path / "population.pickle").unlink(),
+    "no checkpoint": remove_checkpoints,
+    "a short history": cut("history.csv", 200),
+    "no history": lambda path: (path / "history.csv").unlink(),
+    "a generation too low": reseal(generation=0),
+    "a generation too high": reseal(generation=4),
+    "a best score that is not a number": reseal(best_score=float("nan")),
+    "scores without a shape": reseal(scores=[]),
+    "another kind": reseal(kind="champion"),
+}
+
+
+@pytest.mark.parametrize("change", UNUSUAL.values(), ids=UNUSUAL)
+def test_an_unusual_run_is_read_in_full(make, full_reads, change):
+    path = make()
+    change(path)
+    check(path)
+    assert full_reads == [path]
+
+
+def test_a_run_before_its_first_generation(make, full_reads):
+    path = make("walk", 0)
+    found = check(path)
+    assert (found.state, found.generation, found.best) == ("stopped", 0, None)
+    assert full_reads == [path]
