@@ -153,7 +153,15 @@ class Organism(Plugin):
         return ""
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
-        """Return quantities that describe each motion, by name; {} by default."""
+        """Return quantities that describe each motion, by name; {} by default.
+
+        `gaitsim analyse` uses the following instead of its own, so they must mean the same: the
+        displacements `forward`, `lateral` and `climb` over the whole motion, the rotation `yaw`,
+        the `slip ratio` (distance that the stance feet slide, divided by the length of the path),
+        `cost of transport` and `lasted` (time before a fall). The same holds for the channels
+        `margin` (static stability margin) and `stride_frequency` (commanded strides per second, 0
+        if unknown).
+        """
         return {}
 
     def conditions(self) -> Mapping[str, Condition]:
