@@ -31,6 +31,26 @@ class GeneGroup:
             alternating gait. Each part in `parts` then has a counterpart on the other side without
             a gene, whose value is that of the part plus `mirror`. None for a body in which every
             part has its own gene.
+
+    Examples:
+        Two legs with hips and knees alternate. The right leg has no genes of its own: it has the
+        amplitudes and lags of the left leg, and moves half a stride later.
+
+        >>> joints = ("left hip", "left knee", "right hip", "right knee")
+        >>> largest = float(amplitude_limit(1.5, angle_limit=0.5, speed_limit=3.0))
+        >>> groups = (
+        ...     GeneGroup("amplitude", joints, 0.0, largest).halved(mirror=0.0),
+        ...     GeneGroup("phase", ("left", "right"), -np.pi, np.pi, True).halved(mirror=np.pi),
+        ...     GeneGroup("lag", joints, -np.pi, np.pi, periodic=True).halved(mirror=0.0),
+        ... )
+        >>> space = genome_space(groups)
+        >>> space.labels
+        ('left hip amplitude', 'left knee amplitude', 'left phase', 'left hip lag', 'left knee lag')
+        >>> genomes = space.random(10, np.random.default_rng(0))
+        >>> amplitude, phase, lag = split_genomes(genomes, groups)
+        >>> legs = Oscillators(np.array([0, 0, 1, 1]), frames=300, frame_rate=30.0)
+        >>> legs.sine(amplitude, phase, lag, 1.5).shape  # (population, joints, frames)
+        (10, 4, 300)
     """
 
     name: str

@@ -1,8 +1,10 @@
+import doctest
 import math
 
 import numpy as np
 import pytest
 
+import gaitsim.encoding
 from gaitsim.encoding import GeneGroup, genome_space, split_genomes
 
 GROUPS = (
@@ -37,3 +39,7 @@ def test_genomes_of_another_length_are_refused(shape):
 def test_bounds_must_match_the_parts():
     with pytest.raises(ValueError, match="broadcast"):
         genome_space([GeneGroup("amplitude", ("hip", "knee"), 0.0, [1.0, 1.0, 1.0])])
+
+
+def test_the_example_of_the_documentation_works() -> None:
+    assert doctest.testmod(gaitsim.encoding) == doctest.TestResults(failed=0, attempted=9)
