@@ -6,7 +6,7 @@ only then, so that `gaitsim plot --help` needs neither NumPy nor Matplotlib.
 
 from collections.abc import Callable
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from gaitsim.contracts import Names, Pair, Plot, Subject, Window, option
 
@@ -99,6 +99,11 @@ class TermsPlot(RunPlot):
 
     title: ClassVar[str] = "Terms of the score"
     function: ClassVar[str] = "gaitsim_plots.curves:terms_figure"
+    scale: Literal["own", "common", "share"] = option(
+        "own",
+        "vertical scale of the panels: their own, a common one, or each term as a share of all "
+        "gains and losses",
+    )
 
 
 class DiversityPlot(RunPlot):
@@ -180,9 +185,9 @@ class GaitsPlot(KeptPlot):
 
 
 class PathPlot(WindowedPlot):
-    """The path of the body in 3D."""
+    """The path of the body from above and from the side."""
 
-    title: ClassVar[str] = "Path in 3D"
+    title: ClassVar[str] = "Path from above and side"
     function: ClassVar[str] = "gaitsim_plots.path:path_figure"
 
 

@@ -9,10 +9,16 @@ import numpy as np
 from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.individual import Individual
 from gaitsim.render.plots.channels import Signal, read_signal
-from gaitsim.render.plots.components import Line, finite_or_nan, lines_of
+from gaitsim.render.plots.components import (
+    Line,
+    finite_or_nan,
+    limit_constant,
+    lines_of,
+    shown_unit,
+)
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten
-from gaitsim.render.plots.panels import draw_bars, grid
+from gaitsim.render.plots.panels import draw_bars, grid, limit_time
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -121,25 +127,31 @@ def _draw_lines(
     height = {1: 1.7, 2: 1.2, 3: 1.0}.get(len(panels), 0.75)
     figure, places = grid(len(panels), WIDTH, columns=columns, height=height)
     for axes, (title, indices) in zip(places, panels.items(), strict=True):
-        for index, (which, i) in enumerate(product(range(len(signals)), indices)):
+        drawn = [*product(range(len(signals)), indices)]
+        values = [finite_or_nan(lines[which][i].values[parts[which]]) for which, i in drawn]
+        everything = np.concatenate(values)
+        factor, unit = shown_unit(lines[0][indices[0]].unit, everything if columns == 1 else None)
+        limit_constant(axes, everything)
+        for index, ((which, i), shown) in enumerate(zip(drawn, values, strict=True)):
             line, part = lines[which][i], parts[which]
             generation = individuals[which].label
             label = generation if several else _name_in_panel(line, title)
             times = np.arange(part.start, part.stop) / signals[which].rate
-            axes.plot(times, finite_or_nan(line.values[part]), label=label, **theme.line(index))
+            axes.plot(times, factor * shown, label=label, **theme.line(index))
         if columns == 1:
-            units = [lines[0][i].unit for i in indices]
-            axes.set_ylabel(_label(signal.name, title, units, len(panels) > 1))
+            axes.set_ylabel(_label(signal.name, title, [unit], len(panels) > 1))
         elif title:
             axes.set_title(shorten(title, 24), fontsize=7, pad=2)
         low, high = axes.get_ylim()
         if low < 0 < high:
             axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
-        axes.margins(x=0)
+        first, last = min(part.start for part in parts), max(part.stop for part in parts)
+        limit_time(axes, slice(first, last), signal.rate)
     figure.supxlabel("time (s)", fontsize=8)
     if columns > 1:
         figure.supylabel(
-            _label(signal.name, "", [line.unit for line in lines[0]], False), fontsize=8
+            _label(signal.name, "", [shown_unit(line.unit)[1] for line in lines[0]], False),
+            fontsize=8,
         )
     handles, labels = places[0].get_legend_handles_labels()
     single = len(labels) == 1 and not several

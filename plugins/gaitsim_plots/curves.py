@@ -1,7 +1,8 @@
 """Plot terms, diversity and the figures of the search over the generations."""
 
+from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations, stages
-from gaitsim.render.plots.labels import add_heading, heading_of_run, shorten
+from gaitsim.render.plots.labels import STEPS, add_heading, heading_of_run, shorten
 from gaitsim.render.plots.panels import grid
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.storage.files.folder import unfinished_error
@@ -26,11 +27,19 @@ if TYPE_CHECKING:
 MAX_PANELS = 40  # maximum number of panels, each of which takes 0.1 s
 
 
-def terms_figure(run: RunSnapshot, theme: Theme) -> "Figure":
+def terms_figure(
+    run: RunSnapshot, theme: Theme, scale: Literal["own", "common", "share"] = "own"
+) -> "Figure":
     """Plot a panel for each term, with the best individual's term and the population's mean.
 
-    Each panel has its own scale, and a line at zero if zero is within it.
+    Args:
+        run: run with at least one generation.
+        theme: colours of the plot.
+        scale: 'own' for a scale of each panel, 'common' for the same scale in all panels, or
+            'share' for terms divided by the sum of the absolute terms, on the same scale.
     """
+    from matplotlib.ticker import PercentFormatter
+
     history = run.history
     if not history:
         raise unfinished_error(run.path)
@@ -42,12 +51,21 @@ def terms_figure(run: RunSnapshot, theme: Theme) -> "Figure":
             allowed=f"at most {MAX_PANELS}",
             remedy="plot them from history.csv",
         )
+    means, bests = ([history[of + name] for name in names] for of in (MEAN, ""))
+    if scale == "share":
+        means, bests = _shares(means), _shares(bests)
     with styled(theme):
-        figure, panels = grid(len(names), WIDTH, columns=2 if len(names) > 1 else 1, height=1.0)
-        for axes, name in zip(panels, names, strict=True):
+        figure, panels = grid(
+            len(names),
+            WIDTH,
+            columns=2 if len(names) > 1 else 1,
+            height=1.0,
+            share_y=scale != "own",
+        )
+        for axes, name, mean, best in zip(panels, names, means, bests, strict=True):
             for values, label, colour, style in (
-                (history[MEAN + name], "mean of the population", theme.ink, "--"),
-                (history[name], "best individual", theme.colours[0], "-"),
+                (mean, "mean of the population", theme.ink, "--"),
+                (best, "best individual", theme.colours[0], "-"),
             ):
                 draw_curve(axes, history, values, label, color=colour, linestyle=style)
             low, high = axes.get_ylim()
@@ -59,13 +77,25 @@ def terms_figure(run: RunSnapshot, theme: Theme) -> "Figure":
             set_generations(axes, history, ticks=3 if len(names) > 1 else 6)
         figure.supxlabel("generation", fontsize=8)
         unit = run.experiment.fitness.unit
-        figure.supylabel(f"term of the score{f' ({unit})' if unit else ''}", fontsize=8)
+        label = f"term of the score{f' ({unit})' if unit else ''}"
+        if scale == "share":
+            label = "share of all gains and losses"
+            panels[0].yaxis.set_major_formatter(PercentFormatter(1.0))
+        elif scale == "own" and len(names) > 1:
+            label += "; scales differ"
+        figure.supylabel(label, fontsize=8)
         add_heading(
             figure,
             heading_of_run(run.path.resolve().name, run.experiment),
             *panels[0].get_legend_handles_labels(),
         )
     return figure
+
+
+def _shares(terms: Sequence[NDArray[np.float64]]) -> list[NDArray[np.float64]]:
+    """Divide terms by the sum of their absolute values in each generation."""
+    total = np.nansum(np.abs(terms), axis=0)
+    return [np.divide(term, total, out=np.zeros_like(term), where=total > 0) for term in terms]
 
 
 def diversity_figure(run: RunSnapshot, theme: Theme) -> "Figure":
@@ -135,12 +165,16 @@ def search_figure(run: RunSnapshot, theme: Theme) -> "Figure":
             axes.set_ylabel(shorten(name, 24))
             if _logarithmic(values):
                 axes.set_yscale("log")
+            elif (finite_or_nan(values) % 1 == 0).all():  # a count, such as of restarts
+                axes.yaxis.set_major_locator(MaxNLocator(4, integer=True, steps=STEPS))
+                top = max(1.0, float(values.max()))
+                axes.set_ylim(-0.05 * top, 1.05 * top)
             for before, part in pairwise(stages(history)):
                 start = history["evaluations"][[before.stop - 1, part.start]].mean()
                 axes.axvline(start, color=theme.ink, linewidth=0.6, linestyle=":")
         panels[-1].set_xlabel("evaluations")
         panels[-1].set_xlim(0, history["evaluations"][-1])
-        panels[-1].xaxis.set_major_locator(MaxNLocator(4, integer=True, min_n_ticks=2))
+        panels[-1].xaxis.set_major_locator(MaxNLocator(4, integer=True, min_n_ticks=2, steps=STEPS))
         panels[-1].xaxis.set_major_formatter(lambda value, _: f"{value:,.0f}")
         figure.align_ylabels()
         plugin = run.experiment.entries["search"].name

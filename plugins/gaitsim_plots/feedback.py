@@ -12,7 +12,7 @@ from gaitsim.render.plots.channels import read_values
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of
-from gaitsim.render.plots.panels import grid
+from gaitsim.render.plots.panels import grid, limit_time
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ def feedback_figure(
             low, high = axes.get_ylim()
             if low < 0 < high:
                 axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)
-        places[-1].set_xlim(times[0], times[-1])
+        limit_time(places[-1], part, rate)
         places[-1].set_xlabel("time (s)")
         figure.align_ylabels()
         add_heading(figure, heading_of([individual]), [*handles.values()], [*handles])

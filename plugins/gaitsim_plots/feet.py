@@ -26,7 +26,7 @@ from gaitsim.render.plots.labels import (
     heading_of_run,
     shorten,
 )
-from gaitsim.render.plots.panels import BAR, draw_bars, intervals, shade_spans
+from gaitsim.render.plots.panels import BAR, draw_bars, intervals, limit_time, shade_spans
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 from gaitsim.storage.snapshot import RunSnapshot
 
@@ -275,7 +275,7 @@ def stability_figure(
         below.set_yticks([0, touching.shape[1] // 2, touching.shape[1]])
         below.set_ylabel("feet on\nground")
         below.set_xlabel("time (s)")
-        below.set_xlim(times[0], times[-1])
+        limit_time(below, part, rate)
         figure.align_ylabels()
         add_heading(figure, heading_of([individual]), *axes.get_legend_handles_labels())
     return figure

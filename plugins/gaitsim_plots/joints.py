@@ -12,10 +12,10 @@ from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim.render.colours import MIDDLE, sides
 from gaitsim.render.plots.channels import Signal, read_signal, read_values
-from gaitsim.render.plots.components import finite_or_nan
+from gaitsim.render.plots.components import finite_or_nan, shown_unit
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten
-from gaitsim.render.plots.panels import grid, intervals, shade_spans
+from gaitsim.render.plots.panels import grid, intervals, limit_time, shade_spans
 from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -43,9 +43,9 @@ def joints_figure(
     signal = _signal_of(individual, channel or "joint_angles")
     frames = len(signal.values) if window else frames_before_fall(individual)
     part = window_slice(frames, signal.rate, window, DEFAULT_SECONDS)
-    values, unit = finite_or_nan(signal.values[part]), signal.channel.units
-    if unit.startswith("rad"):
-        values, unit = np.degrees(values), unit.replace("rad", "°")
+    values = finite_or_nan(signal.values[part])
+    factor, unit = shown_unit(signal.channel.units)
+    values *= factor
     times = np.arange(part.start, part.stop) / signal.rate
     names = signal.entries[-1]
     feet = dict(zip(individual.skeleton.contact_names, _touching(individual, part), strict=False))
@@ -68,7 +68,7 @@ def joints_figure(
             if leg in feet:
                 shade_spans(axes, intervals(feet[leg], times[0], signal.rate), theme)
             axes.set_title(shorten(leg, 24), fontsize=7, pad=2)
-            axes.set_xlim(times[0], times[-1])
+            limit_time(axes, part, signal.rate)
         if values.min() < 0 < values.max():
             for axes in panels:
                 axes.axhline(0, color=theme.ink, linewidth=0.4, zorder=1)

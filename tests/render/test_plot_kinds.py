@@ -10,6 +10,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 from matplotlib.path import Path as MatplotlibPath
 
 import gaitsim as gs
@@ -21,14 +22,16 @@ from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
-from gaitsim.render.plots.components import lines_of
+from gaitsim.render.plots.components import limit_constant, lines_of
 from gaitsim.render.plots.data import window_slice
+from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.storage.files.history import terms_of
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.study.comparison import Sample, analyse
 from gaitsim_plots.archive import polygons
+from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
@@ -311,6 +314,41 @@ def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
         ]
 
 
+def test_angles_are_in_degrees_small_lengths_in_millimetres_and_the_last_second_has_a_label(
+    spider_run,
+):
+    request = request_for(spider_run, channel="pose")
+    axes = draw("channel", request).axes
+    assert [one.get_ylabel() for one in axes] == ["x (mm)", "y (mm)", "yaw (°)"]
+    pose = request.individual.motion["pose"][0].astype(float)
+    for one, values in zip(axes, (pose * [1000, 1000, 180 / np.pi]).T, strict=True):
+        assert np.allclose(lines(one)[0].get_ydata(), values)
+        assert one.get_xlim() == (0, 10)
+        assert 10 in one.get_xticks()
+
+
+@pytest.mark.parametrize("high", [3.0, 0.024, 0.0009, 12e6])
+def test_steps_between_ticks_are_1_2_or_5(high):
+    figure = Figure()
+    axes = figure.subplots()
+    axes.plot([0, 1], [-0.3 * high, high])
+    add_heading(figure, "")
+    step = np.diff(axes.get_yticks())
+    digit = step / 10 ** np.floor(np.log10(step) + 1e-9)
+    assert np.isclose(digit[:, None], [1, 2, 5], atol=1e-6).any(axis=1).all()
+
+
+def test_a_line_at_zero_is_inside_its_panel_and_counts_are_whole(bundled, flier):
+    shown = flier.individual()
+    channel = draw("channel", Request(flier, (shown,), channel="place")).axes[0]
+    limit_constant(channel, np.zeros(3))
+    assert channel.get_ylim() == (-1, 1)
+    search = draw("search", request_for(bundled("spider"))).axes
+    (restarts,) = [axes for axes in search if axes.get_ylabel() == "restarts"]
+    assert (restarts.get_yticks() % 1 == 0).all()
+    assert restarts.get_ylim()[0] > -0.5
+
+
 @pytest.mark.slow
 def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
     axes = draw("genome", request_for(spider_run)).axes[0]
@@ -322,6 +360,23 @@ def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
     bits = bundled("millipede")
     (image,) = draw("genome", request_for(bits)).axes[0].images
     assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
+
+
+@pytest.mark.slow
+def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_path):
+    small = {"evolution.generations": 3, "evolution.population": 4, "organism.duration": 0.3}
+    for _ in gs.evolve(load_experiment("fly", small), out=tmp_path / "run"):
+        pass
+    run = RunSnapshot(tmp_path / "run")
+    axes = draw("genome", request_for(run)).axes[0]
+    space = run.experiment.space()
+    genomes = np.stack([run.best_genome(number) for number in (1, 2, 3)])
+    spread = ((genomes - space.lower) / space.width).std(axis=0)
+    names = [label.get_text() for label in axes.get_yticklabels()]
+    assert len(names) == MAX_GENES < space.genes
+    drawn = spread[[space.labels.index(name) for name in names]]
+    assert drawn.min() >= np.sort(spread)[-MAX_GENES]
+    assert f"the {MAX_GENES} of {space.genes} genes" in axes.get_title(loc="left")
 
 
 @pytest.mark.slow
@@ -375,6 +430,22 @@ def test_the_terms_plot_shows_the_history(spider_run):
         mean, best = lines(axes)
         assert np.array_equal(mean.get_ydata(), spider_run.history[f"mean:{name}"])
         assert np.array_equal(best.get_ydata(), spider_run.history[name])
+
+
+def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):
+    own, common, share = (
+        draw("terms", request_for(spider_run, scale=scale)).axes
+        for scale in ("own", "common", "share")
+    )
+    assert len({axes.get_ylim() for axes in own}) > 1
+    assert len({axes.get_ylim() for axes in common}) == 1
+    assert len({axes.get_ylim() for axes in share}) == 1
+    for line in (0, 1):
+        values = np.stack([lines(axes)[line].get_ydata() for axes in share])
+        assert np.allclose(np.abs(values).sum(axis=0), 1)
+        terms = np.stack([lines(axes)[line].get_ydata() for axes in own])
+        assert np.allclose(values, terms / np.abs(terms).sum(axis=0))
+        assert np.allclose(terms, [lines(axes)[line].get_ydata() for axes in common])
 
 
 def test_footfall_bars_span_the_stances(spider_run):
@@ -562,10 +633,39 @@ def test_the_path_is_drawn_at_one_scale_with_separate_bodies(spider_run):
     assert 1 <= len(scene.at) <= 6
     assert scene.at[0] == 0
     assert scene.factor == 1
-    _, above = draw("path", request).axes
-    (path,) = lines(above)
-    assert np.allclose(path.get_xydata(), scene.path[:, :2])
-    assert above.get_aspect() == 1
+    along = int(np.argmax(np.ptp(scene.path[:, :2], axis=0)))
+    for panel, shown in zip(draw("path", request).axes, ((0, 1), (along, 2)), strict=True):
+        assert np.allclose(path_in(panel), scene.path[:, shown])
+        assert panel.get_aspect() == 1
+        assert 1 <= len(panel.collections) - 1 <= len(scene.at)
+        start, end = (
+            line.get_xydata()[0] for line in panel.lines if line.get_label() in ("start", "end")
+        )
+        assert np.allclose([start, end], scene.path[[0, -1]][:, shown])
+
+
+def path_in(panel):
+    """Return the points of the path drawn in a panel."""
+    parts = [part.vertices for part in panel.collections[-1].get_paths()]
+    return np.concatenate([parts[0][:1], *(part[1:] for part in parts)])
+
+
+@pytest.mark.parametrize(("radius", "bodies"), [(0.05, 0), (0.2, 1), (5.0, 4)])
+def test_drawn_bodies_neither_overlap_nor_hide_a_path_that_returns(flier, radius, bodies):
+    """The body, 1 m long, flies along a circle twice."""
+    shown, turn = flier.individual(), np.linspace(0, 4 * np.pi, 200)
+    centre = radius * np.stack([np.cos(turn), np.sin(turn), 0 * turn], axis=1)
+    ends = centre[:, None, None] + np.array([[[0.5, 0, 0], [-0.5, 0, 0]]])
+    skeleton = Skeleton(ends, ("body",), 50.0, centre=centre)
+    scene = scene_of(skeleton, slice(0, 200))
+    assert len(scene.at) >= bodies
+    assert (len(scene.at) == 0) == (bodies == 0)
+    places = scene.path[scene.at]
+    gaps = np.linalg.norm(places[:, None] - places, axis=-1) + 99 * np.eye(len(places))
+    assert (gaps > 1).all()
+    object.__setattr__(shown, "skeleton", skeleton)
+    said = any("not drawn" in text for text in texts(draw("path", Request(flier, (shown,)))))
+    assert said == (bodies == 0)
 
 
 def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
@@ -603,9 +703,19 @@ def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
     with styled(LIGHT):
         canvas = FigureCanvasAgg(figure)
         canvas.draw()
-        written = [text for text in figure.axes[0].texts if text.get_text()]
+        low, high = figure.bbox.min, figure.bbox.max
+        written = [
+            text
+            for panel in figure.axes
+            for axis in (panel.xaxis, panel.yaxis)
+            for text in (
+                axis.label,
+                panel.title,
+                *(tick.label1 for tick in axis._update_ticks()),  # only visible ones
+            )
+            if text.get_text()
+        ]
         boxes = [text.get_window_extent(canvas.get_renderer()) for text in written]
-    assert {"x (m)", "y (m)"} < {text.get_text() for text in written}
     over = [
         (written[one].get_text(), written[other].get_text())
         for other in range(len(boxes))
@@ -613,6 +723,7 @@ def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
         if boxes[one].overlaps(boxes[other])
     ]
     assert over == []
+    assert all((box.min >= low - 1).all() and (box.max <= high + 1).all() for box in boxes)
 
 
 @pytest.mark.parametrize("broken", ["all", "some"])
@@ -623,7 +734,7 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     object.__setattr__(shown, "skeleton", replace(shown.skeleton, segments=segments))
     request = Request(flier, (shown,))
     if broken == "some":
-        assert len(lines(draw("path", request).axes[1])[0].get_xdata()) == 4
+        assert len(path_in(draw("path", request).axes[1])) == 4
     else:
         with pytest.raises(NothingToPlotError, match="puppet"):
             draw("path", request)
@@ -679,9 +790,9 @@ def test_generations_are_lines_of_one_panel(spider_run):
     first, last = lines(axes)
     assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
     assert np.array_equal(
-        first.get_ydata(), request.individuals[0].motion["feet"][0, :, 0, 2].astype(float)
+        first.get_ydata(), 1000 * request.individuals[0].motion["feet"][0, :, 0, 2].astype(float)
     )
-    assert axes.get_ylabel() == "feet L1 z (m)"
+    assert axes.get_ylabel() == "feet L1 z (mm)"
     assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())
 
 

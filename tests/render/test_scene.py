@@ -6,6 +6,7 @@ import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
+from matplotlib.path import Path
 
 from gaitsim.contracts import Skeleton
 from gaitsim.render.scene import THEMES, VIEWS, Clip, Scene, draw, labels
@@ -15,6 +16,7 @@ from gaitsim.render.scene.clip import Race
 from gaitsim.render.scene.ground import grid
 from gaitsim.render.scene.kernels import rule
 from gaitsim.render.scene.labels import DPI, Labels
+from gaitsim.render.scene.solids import hull
 
 FRAMES = 21
 
@@ -228,7 +230,7 @@ def planar(far):
 
 @pytest.mark.parametrize("body", [walker, planar])
 def test_bodies_race_in_lanes_on_one_ground(body):
-    race = Race([Clip(body(far=far)) for far in (0.2, 2.0, 1.0)], leader=1)
+    race = Race([Clip(body(far=far)) for far in (0.2, 2.0, 1.0)], leader=1, angles=VIEWS["iso"])
     poses = [clip.at(2.0) for clip in race.clips]
     assert [
         pose.middle[0] - clip.path[0, 0] for pose, clip in zip(poses, race.clips, strict=True)
@@ -242,6 +244,22 @@ def test_bodies_race_in_lanes_on_one_ground(body):
     assert race.aim(poses)[0] == pytest.approx(
         np.mean([min(p.aim[0] for p in poses), max(p.aim[0] for p in poses)])
     )
+
+
+@pytest.mark.parametrize("view", ["iso", "side"])
+@pytest.mark.parametrize("body", [walker(far=2.0), planar(far=2.0), flier(1)])
+def test_bodies_and_their_tags_do_not_overlap_at_the_start_of_a_race(view, body):
+    scene = Scene([Clip(body, tag="generation 1")] * 3, (640, 480), view, "light")
+    scene.draw(0.0)
+    bodies = [
+        np.concatenate([path.vertices for path in runner.body.get_paths()])
+        for runner in scene.world.runners
+    ]
+    tags = [runner.tag.get_paths()[0].vertices for runner in scene.world.runners]
+    hulls = [Path(hull(points)) for points in bodies]
+    for farther, nearer, tag in zip(hulls, hulls[1:], tags[1:], strict=False):
+        assert not farther.intersects_path(nearer)
+        assert not farther.contains_points(tag).any()
 
 
 @pytest.mark.parametrize("view", VIEWS)

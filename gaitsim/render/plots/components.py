@@ -3,13 +3,16 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.render.plots.channels import Signal
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MAX_TRIALS = 7  # maximum number of trials drawn; of more trials, only the first is drawn
 
@@ -83,6 +86,28 @@ def _find(signal: Signal, component: str) -> tuple[int, int]:
         else "none, because the channel has one value per frame",
         remedy=nearest(component, known),
     )
+
+
+_SMALL = 0.1  # m; lengths that are all smaller are shown in millimetres
+_NOISE = 1e-9  # values of smaller magnitude are rounding errors of zero
+
+
+def shown_unit(unit: str, values: NDArray[np.float64] | None = None) -> tuple[float, str]:
+    """Return the unit in which to show values, and the factor to convert to it.
+
+    Angles are shown in degrees, and lengths in millimetres if all given values are small.
+    """
+    if unit.startswith("rad"):
+        return 180 / np.pi, unit.replace("rad", "°")
+    if unit == "m" and values is not None and np.nanmax(np.abs(values), initial=0.0) < _SMALL:
+        return 1000.0, "mm"
+    return 1.0, unit
+
+
+def limit_constant(axes: "Axes", values: NDArray[np.float64]) -> None:
+    """Limit the vertical axis of a line that is zero throughout to −1 to 1."""
+    if np.nanmax(np.abs(values), initial=0.0) < _NOISE:
+        axes.set_ylim(-1, 1)
 
 
 def finite_or_nan(values: NDArray[Any]) -> NDArray[np.float64]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Individual
 from gaitsim.render.plots.components import finite_or_nan
-from gaitsim.render.plots.labels import add_heading, format_score, heading_of_run
+from gaitsim.render.plots.labels import STEPS, add_heading, format_score, heading_of_run
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 from gaitsim.storage.files.folder import saved_champions, unfinished_error
 from gaitsim.storage.snapshot import RunSnapshot
@@ -173,4 +173,4 @@ def set_generations(axes: "Axes", history: History, ticks: int = 6) -> None:
     from matplotlib.ticker import MaxNLocator
 
     axes.set_xlim(1, max(2, int(history["generation"][-1])))
-    axes.xaxis.set_major_locator(MaxNLocator(ticks, integer=True))
+    axes.xaxis.set_major_locator(MaxNLocator(ticks, integer=True, steps=STEPS))

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 _HEADING = 58  # characters of 8 points in a column's width
 _LEGEND = 62  # characters of 7 points in a row of a legend, without marks
+STEPS = [1, 2, 5, 10]  # steps between ticks, times a power of ten
 _MARK = 7  # width of a legend's mark, in characters
 
 
@@ -66,7 +67,8 @@ def heading_of(individuals: Sequence[Individual]) -> str:
 def add_heading(
     figure: "Figure", text: str, handles: Sequence[Any] = (), labels: Sequence[str] = ()
 ) -> None:
-    """Write a heading and a legend above the panels, where they hide no data."""
+    """Finish a figure: use round ticks, and write a heading and a legend above the panels."""
+    _round_ticks(figure)
     scale = figure.get_figwidth() / WIDTH
     text = shorten(text, int(_HEADING * scale))
     if not handles:
@@ -87,6 +89,16 @@ def add_heading(
         borderpad=0.1,
         labelspacing=0.3,
     )
+
+
+def _round_ticks(figure: "Figure") -> None:
+    """Let axes step by 1, 2 or 5 × 10ⁿ; Matplotlib also chooses 2.5, whose labels are longer."""
+    from matplotlib.ticker import AutoLocator, MaxNLocator
+
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if isinstance(axis.get_major_locator(), AutoLocator):
+                axis.set_major_locator(MaxNLocator("auto", steps=STEPS))
 
 
 def _columns(labels: Sequence[str], width: float) -> int:

@@ -78,6 +78,16 @@ def draw_bars(
     axes.set_xlim(start, start + len(rows[0][1]) / rate)
 
 
+def limit_time(axes: "Axes", part: slice, rate: float) -> None:
+    """Limit a time axis to a part of the frames.
+
+    The axis ends at the last frame or one frame later, whichever is the rounder number, so that
+    300 frames at 30 Hz, of which the last begins at 9.97 s, end at the label 10.
+    """
+    ends = ((part.stop - 1) / rate, part.stop / rate)
+    axes.set_xlim(part.start / rate, min(ends, key=lambda end: len(f"{end:.6g}")))
+
+
 def intervals(holds: NDArray[np.bool_], start: float, rate: float) -> list[tuple[float, float]]:
     """Return starts and durations of true intervals, s; a frame lasts until the next one."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], holds, [False]]).astype(np.int8)))

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.scene.camera import VIEWS
+from gaitsim.render.scene.camera import VIEWS, view_angles
 from gaitsim.render.scene.clip import Clip, Race
 from gaitsim.render.scene.themes import THEMES, SceneTheme
 
@@ -43,7 +43,9 @@ class Scene:
     ) -> None:
         from matplotlib import style
 
-        race = Race(clips, leader)
+        if view == "top" and all(clip.planar for clip in clips):
+            view = "side"
+        race = Race(clips, leader, view_angles(view, len(clips) > 1))
         self.heading = heading or (clips[0].title, clips[0].details)
         # Ignore the user's Matplotlib settings.
         with style.context({}, after_reset=True):

@@ -10,6 +10,7 @@ Points = NDArray[np.float64]
 # Azimuth and elevation of the camera as seen from the body, degrees. At −90° the camera is on the
 # body's right, so forward points to the right of the picture.
 VIEWS = {"iso": (-58.0, 27.0), "side": (-90.0, 7.0), "top": (-90.0, 90.0), "orbit": (-58.0, 27.0)}
+MIN_ELEVATION = 24.0  # minimum elevation of the camera for several bodies, degrees
 DISTANCE = 7.0  # distance from the target, in reaches of the body: near enough to show depth
 NEAR = 0.15  # share of that distance within which nothing is drawn
 
@@ -48,6 +49,12 @@ class Camera:
     def in_front(self, depth: Points) -> NDArray[np.bool_]:
         """Return whether each depth is far enough to be drawn, and hence not clamped."""
         return depth > NEAR * self.distance * 1.001
+
+
+def view_angles(view: str, several: bool) -> tuple[float, float]:
+    """Return the azimuth and elevation of a view of one or several bodies, degrees."""
+    azimuth, elevation = VIEWS[view]
+    return azimuth, max(elevation, MIN_ELEVATION) if several else elevation
 
 
 def axes(azimuth: float, elevation: float) -> tuple[Points, Points, Points]:

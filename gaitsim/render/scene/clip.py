@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
 from gaitsim.render.scene.bodies import DrawnAnatomy, anatomy
-from gaitsim.render.scene.camera import Points, smooth_path
+from gaitsim.render.scene.camera import Points, axes as camera_axes, smooth_path
 from gaitsim.render.scene.solids import Surfaces, interpolate_poses
 
 FOOT, SOLE = 1.55, 2.2  # radius of a foot's mark, relative to limbs and to solid feet
@@ -257,7 +257,7 @@ def _side(value: float) -> str:
 
 MOMENTS = 100  # number of moments at which the bodies are measured
 LANE_GAP = 0.15  # gap between bodies side by side, in body widths
-MIN_LANE = 0.7  # minimum distance of lanes, in body heights, so that thin bodies hide no others
+TAG_GAP = 0.3  # gap between bodies in the picture of the start, for their tags, in body sizes
 MAX_LANE = (
     3.0  # maximum width of a lane, in body widths; bodies that drift farther leave their lane
 )
@@ -269,14 +269,15 @@ class Race:
     Args:
         clips: bodies in motion.
         leader: index of the clip that stays visible when the bodies are too far apart to show all.
+        angles: azimuth and elevation of the camera, degrees.
 
     Attributes:
         clips: the clips in their lanes, on a common ground.
         room: maximum distance of the leader from the aim of the camera, m.
     """
 
-    def __init__(self, clips: Sequence[Clip], leader: int) -> None:
-        self.clips = _in_lanes(clips) if len(clips) > 1 else list(clips)
+    def __init__(self, clips: Sequence[Clip], leader: int, angles: tuple[float, float]) -> None:
+        self.clips = _in_lanes(clips, angles) if len(clips) > 1 else list(clips)
         self.leader, self.room = leader, np.inf
         self.seconds = max(clip.seconds for clip in clips)
         self.span = max(clip.anatomy.span for clip in clips)
@@ -302,19 +303,28 @@ class Race:
         return np.concatenate(points)
 
 
-def _in_lanes(clips: Sequence[Clip]) -> list[Clip]:
-    """Return the clips side by side, at the distances that their movement requires."""
+def _in_lanes(clips: Sequence[Clip], angles: tuple[float, float]) -> list[Clip]:
+    """Return the clips side by side, at the distances that their movement requires.
+
+    At the start, the bodies do not overlap in the picture either.
+    """
     floor = min(clip.floor for clip in clips)
-    wide, tall = np.max([np.ptp(clip.box, axis=0)[1:] for clip in clips], axis=0)
+    wide = max(float(np.ptp(clip.box, axis=0)[1]) for clip in clips)
+    right_axis, up_axis, _ = camera_axes(*angles)
+    shift = np.array([right_axis[1], up_axis[1]])  # of a body one metre to the left, in the picture
+    direction = (right_axis * shift[0] + up_axis * shift[1]) / (shift @ shift)
+    starts = [(clip.points(clip.at(0.0)) - clip.path[0]) @ direction for clip in clips]
+    gap = TAG_GAP * max(float(np.ptp(start)) for start in starts)
     moments = np.linspace(0, max(clip.seconds for clip in clips), MOMENTS)
     # Right and left edge of each body at each moment, (clips, moments).
     across = [[clip.points(clip.at(time))[:, 1] for time in moments] for clip in clips]
     right = np.array([[y.min() for y in clip] for clip in across])
     left = np.array([[y.max() for y in clip] for clip in across])
     lanes = [0.0]
-    for farther, nearer in zip(right[:-1], left[1:], strict=True):
+    for number, (farther, nearer) in enumerate(zip(right[:-1], left[1:], strict=True)):
         step = float((nearer - farther).max()) + LANE_GAP * wide
-        lanes.append(lanes[-1] - max(min(step, MAX_LANE * wide), MIN_LANE * tall))
+        apart = float(starts[number + 1].max() - starts[number].min()) + gap
+        lanes.append(lanes[-1] - max(min(step, MAX_LANE * wide), apart))
     middle = (lanes[0] + lanes[-1]) / 2
     return [
         replace(clip, lane=lane - middle, depth=floor)

@@ -8,7 +8,7 @@ import numpy as np
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
 from gaitsim.render.plots.labels import format_number
 from gaitsim.render.scene.bodies import body, shadow
-from gaitsim.render.scene.camera import DISTANCE, VIEWS, Camera, Points, axes, fit_box
+from gaitsim.render.scene.camera import DISTANCE, Camera, Points, axes, fit_box, view_angles
 from gaitsim.render.scene.clip import Clip, Pose, Race
 from gaitsim.render.scene.ground import SHADES, fine_step, grid, steps
 from gaitsim.render.scene.labels import (
@@ -278,7 +278,6 @@ FILLED = 0.56, 0.52  # shares of the picture's width and height that a single bo
 FILLED_BY_ALL = 0.8, 0.6  # shares that several bodies may fill together
 MIN_BODY_SIZE = 0.08  # minimum size of each of several bodies, as a share of the picture's height
 MAX_LEAD = 0.3  # maximum distance of the leader from the middle, as a share of that height
-MIN_ELEVATION = 24.0  # minimum elevation of the camera for several bodies, degrees
 
 
 class World:
@@ -309,13 +308,10 @@ class World:
         self._figure, self._identity = figure, IdentityTransform()
         self._unit = relative_size(width, height)
         self._reach = 0.75 * float(np.hypot(width, height))
-        if view == "top" and all(clip.planar for clip in self.clips):
-            view = "side"
         several = len(self.clips) > 1
         rows = ROW * small_letters(size) * len(self.clips) if several else 0.0
         self._centre = np.array([width / 2, (height - rows) / 2])
-        azimuth, elevation = VIEWS[view]
-        self.angles = azimuth, max(elevation, MIN_ELEVATION) if several else elevation
+        self.angles = view_angles(view, several)
         box, (across, above) = race.box, FILLED_BY_ALL if several else FILLED
         self.scale, self.middle = fit_box(
             box, self.angles, across * width, above * height - rows / 2, view
