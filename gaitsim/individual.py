@@ -186,6 +186,24 @@ class Individual(ReprMixin):
             "a gaitsim.contracts.Skeleton",
         )
 
+    @property
+    def stance(self) -> NDArray[np.bool_] | None:
+        """Whether each foot is on the ground until the next frame, (frames, feet).
+
+        The channel `stance` of the body takes precedence over its skeleton, which shows the feet
+        that touch the ground in a picture. None for a body without feet.
+
+        Raises:
+            PluginError: the body fails.
+        """
+        touching = self.skeleton.touching
+        channel = self.experiment.organism.channels.get("stance")
+        if touching is None or channel is None or channel.axes != ("frames", "feet"):
+            return touching
+        with plugin_errors(self.experiment.entries["organism"], "computing the channel 'stance'"):
+            stance = np.asarray(self.motion["stance"][0], np.bool_)
+        return stance if stance.shape == touching.shape else touching
+
     @cached_property
     def measurements(self) -> dict[str, Measurement]:
         """The body's measures of the motion by name, with units.

@@ -216,7 +216,7 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
     """Analyse the gait of an individual; the body's own measures take precedence."""
     organism = individual.experiment.organism
     found = analyse_gait(
-        individual.skeleton,
+        replace(individual.skeleton, touching=individual.stance),
         individual.joint_angles,
         dynamic=organism.dynamic,
         margin=_own_margin(individual),

@@ -105,16 +105,15 @@ def _rounded_up(value: float) -> float:
 
 def contacts_of(individual: Individual) -> tuple[NDArray[np.bool_], tuple[str, ...]]:
     """Return whether each foot is on the ground, of shape (frames, feet), and the feet's names."""
-    skeleton = individual.skeleton
-    if skeleton.touching is None or not skeleton.touching.shape[1]:
+    stance = individual.stance
+    if stance is None or not stance.shape[1]:
         raise NothingToPlotError(
             f"{individual.experiment.entries['organism']} has no feet to plot",
             where=str(individual.source),
             allowed="a body whose skeleton has `contacts` and `touching`",
         )
-    count = skeleton.touching.shape[1]
-    names = skeleton.contact_names or tuple(f"foot {foot}" for foot in range(1, count + 1))
-    return np.asarray(skeleton.touching, dtype=np.bool_), names
+    unnamed = tuple(f"foot {foot}" for foot in range(1, stance.shape[1] + 1))
+    return np.asarray(stance, dtype=np.bool_), individual.skeleton.contact_names or unnamed
 
 
 _SECONDS = 2.0  # length of each footfall diagram

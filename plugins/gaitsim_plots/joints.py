@@ -182,5 +182,4 @@ def _side_order(legs: Sequence[str]) -> tuple[bool, bool]:
 
 
 def _touching(individual: Individual, part: slice) -> Sequence[np.ndarray]:
-    skeleton = individual.skeleton
-    return () if skeleton.touching is None else [*np.asarray(skeleton.touching[part], bool).T]
+    return () if individual.stance is None else [*np.asarray(individual.stance[part], bool).T]

@@ -25,7 +25,7 @@ from gaitsim.contracts import (
     check_world,
     option,
 )
-from gaitsim.contracts.quaternions import turn_about_axis
+from gaitsim.contracts.quaternions import product, rotated, turn_about, turn_about_axis
 from gaitsim.encoding import check_joint_angles, limit_steps
 from gaitsim.legged import (
     BODY_HEIGHT,
@@ -41,7 +41,7 @@ from gaitsim.legged import (
     place_on_slope,
     stepping_measures,
 )
-from gaitsim.portable import cos, norm, sin
+from gaitsim.portable import norm
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last, time_second
 from gaitsim_spider.damage import Legs, SpiderAnatomy, damaged_anatomy
@@ -314,34 +314,31 @@ class Spider(Organism):
         return rig(self._anatomy)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
-        """Return the body's outline and legs in the world, standing on the ground."""
+        """Return the body's outline and legs in the world, with the resting plane on the ground.
+
+        A foot touches the ground if it is within 2 mm of it in the frame; the channel `stance`
+        considers the middle of the interval between two frames.
+        """
         from gaitsim_spider.kinematics import leg_points
+        from gaitsim_spider.walking import STANCE_TOLERANCE
 
         anatomy = self._anatomy
         points = leg_points(motion["joint_positions"][individual])
         points[:, anatomy.lost, 1:] = points[:, anatomy.lost, :1]
-        x, y, yaw = (motion["pose"][individual, :, axis].astype(float) for axis in range(3))
-        outline = np.broadcast_to(body.OUTLINE, (len(points), 4, 2, 3))
-        legs = np.stack([points[:, :, :-1], points[:, :, 1:]], axis=3).reshape(
-            len(points), 24, 2, 3
+        frames = len(points)
+        parts = (
+            np.broadcast_to(body.OUTLINE, (frames, 4, 2, 3)),
+            np.stack([points[:, :, :-1], points[:, :, 1:]], axis=3),
+            motion["centre_of_mass"][individual].astype(float),
         )
-        middle = motion["centre_of_mass"][individual].astype(float)
-        points = np.concatenate(
-            [*(part.reshape(len(points), -1, 3) for part in (outline, legs)), middle[:, None]],
-            axis=1,
+        world = self._on_ground(
+            np.concatenate([part.reshape(frames, -1, 3) for part in parts], axis=1),
+            motion,
+            individual,
         )
-        c, s = cos(yaw)[:, None], sin(yaw)[:, None]
-        world = np.stack(
-            [
-                x[:, None] + c * points[..., 0] - s * points[..., 1],
-                y[:, None] + s * points[..., 0] + c * points[..., 1],
-                points[..., 2],
-            ],
-            axis=-1,
-        )
-        world[..., 2] += body.FOOT_RADIUS - world[:, :-1, 2].min(axis=1)[:, None]
-        segments = world[:, :-1].reshape(len(points), -1, 2, 3)
-        feet = segments[:, 4:].reshape(len(points), 8, 3, 2, 3)[:, :, 2, 1]
+        segments = world[:, :-1].reshape(frames, -1, 2, 3)
+        feet = segments[:, 4:].reshape(frames, 8, 3, 2, 3)[:, :, 2, 1]
+        down = feet[..., 2] < body.FOOT_RADIUS + STANCE_TOLERANCE
         names = np.array([*body.OUTLINE_NAMES, *body.JOINTS])
         drawn = np.repeat([True, *~anatomy.lost], [4, *[3] * 8])
         level = Skeleton(
@@ -349,12 +346,34 @@ class Spider(Organism):
             names=tuple(names[drawn].tolist()),
             frame_rate=motion.frame_rate,
             contacts=feet,
-            touching=motion["stance"][individual],
+            touching=down & ~anatomy.lost,
             contact_names=body.LEGS,
             centre=world[:, -1],
             damaged=anatomy.damaged,
         )
         return place_on_slope(level, self.world)
+
+    def _on_ground(self, points: Array, motion: Motion, individual: int) -> Array:
+        """Place points of the body, (frames, points, 3) m, in the world, tilted as it rests.
+
+        The body leans about the point of the resting plane under its middle, which follows the
+        pose, so that the feet on the ground stay in place while it leans.
+        """
+        from gaitsim_spider.intervals import BLOCK
+        from gaitsim_spider.walking import rest
+
+        angles = time_last(motion["joint_positions"][individual : individual + 1])
+        x, y, yaw = motion["pose"][individual].T.astype(np.float64)
+        down, normals = downward(self.world), np.empty((len(points), 3))
+        lean = down[0] / -down[2], down[1] / -down[2]
+        rest(angles, self._anatomy.legs, lean, yaw, np.zeros(1, BLOCK), normals)
+        nx, ny, nz = normals.T
+        heights = (normals[:, None] * points[:, :-1]).sum(axis=2).min(axis=1)
+        under = np.stack([0 * nz, 0 * nz, heights / nz], axis=-1)
+        upright = np.stack([1 + nz, ny, -nx, 0 * nz], axis=-1)  # the shortest way
+        turn = product(turn_about(np.array([0.0, 0.0, 1.0]), yaw), upright / norm(upright)[:, None])
+        place = np.stack([x, y, np.full_like(x, body.FOOT_RADIUS)], axis=-1)
+        return place[:, None] + rotated(turn[:, None], points - under[:, None])
 
 
 def _height(motion: Motion) -> Array:

@@ -372,3 +372,53 @@ def walk(
         travel(
             feet[0], centre[0], lean, blocks[0], pose[n], stance[n], slip[n], margin[n], slope[n]
         )
+
+
+# A body in a symmetric pose balances exactly on the line between two feet, where all triangles with
+# this side are equally high. Beside the line, the lowest triangle has no foot below it.
+_NUDGE = _f(1e-5)  # m
+
+
+@njit(nogil=True, cache=True, error_model="numpy")
+def rest(
+    angles: NDArray[np.float32],
+    legs: Legs,
+    lean: tuple[float, float],
+    heading: NDArray[np.float64],
+    blocks: NDArray[np.void],
+    normals: NDArray[np.float64],
+) -> None:
+    """Find the plane on which a body rests in each frame, as `walk` does between frames.
+
+    Args:
+        angles: joint angles from the pose at rest, (1, 24, frames) float32, radians.
+        legs: data of the legs.
+        lean: see `walk`.
+        heading: yaw of the body in the world, (frames,), radians.
+        blocks: working memory, (1,) of dtype `BLOCK`.
+        normals: output, (frames, 3): upward unit normal in the body's frame.
+    """
+    frames = angles.shape[2]
+    feet, centre = np.empty((1, 3, 8, frames), _f), np.empty((1, 3, frames), _f)
+    place_feet(angles, legs, feet, centre)
+    block, last = blocks[0], (_ZERO, _ZERO, _ONE, np.int64(0))
+    for first in range(0, frames, SIZE):
+        rest = frames - first
+        count = rest if rest < SIZE else SIZE
+        for n in range(count):
+            for leg in range(8):
+                block.x[leg, n] = feet[0, 0, leg, first + n] - centre[0, 0, first + n] - _NUDGE
+                block.y[leg, n] = feet[0, 1, leg, first + n] - centre[0, 1, first + n] - _NUDGE
+                block.z[leg, n] = feet[0, 2, leg, first + n] - centre[0, 2, first + n]
+            block.heading[n] = heading[first + n]
+        _find_directions(block)
+        _shear(block, lean)
+        find_feet(block)
+        for n in range(count):  # undo the shear
+            for leg in range(8):
+                depth = _RADIUS - block.z[leg, n]
+                block.x[leg, n] += depth * block.lean_x[n]
+                block.y[leg, n] += depth * block.lean_y[n]
+        last = find_normal(block, *last)
+        for n in range(count):
+            normals[first + n] = block.nx[n], block.ny[n], block.nz[n]

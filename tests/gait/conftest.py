@@ -1,3 +1,4 @@
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +31,7 @@ def played(spider):
     """The skeleton of joint angles, (frames, 24), played on the spider."""
 
     def play(angles):
-        return spider.organism.skeleton(spider.organism.play(angles[None]), 0)
+        motion = spider.organism.play(angles[None])
+        return replace(spider.organism.skeleton(motion, 0), touching=motion["stance"][0])
 
     return play

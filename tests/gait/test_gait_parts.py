@@ -112,7 +112,8 @@ def test_the_heading_is_the_spiders_yaw(spider):
     motion = organism.move(genomes)
     for index in range(3):
         turned = heading(trunk(organism.skeleton(motion, index)))
-        assert turned == pytest.approx(motion["pose"][index, :, 2], abs=1e-4)
+        # Leaning by an angle changes the heading by the square of the angle.
+        assert turned == pytest.approx(motion["pose"][index, :, 2], abs=2e-3)
 
 
 def test_a_body_that_pitches_over_has_no_heading():

@@ -451,7 +451,7 @@ def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):
 def test_footfall_bars_span_the_stances(spider_run):
     request = request_for(spider_run, window=(1.0, 3.0))
     axes = draw("footfall", request).axes[0]
-    touching = request.individual.skeleton.touching[30:91]
+    touching = request.individual.stance[30:91]
     for foot, bars in enumerate(axes.collections):
         boxes = [path.get_extents() for path in bars.get_paths()]
         assert sum(box.width for box in boxes) == pytest.approx(touching[:, foot].sum() / 30)

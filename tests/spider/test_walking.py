@@ -317,15 +317,39 @@ def test_a_mirrored_gait_gives_a_mirrored_walk() -> None:
     np.testing.assert_allclose(mirrored, pose * [1, -1, -1], atol=1e-4)
 
 
-def test_the_skeleton_stands_on_the_ground_and_moves_with_the_body() -> None:
-    spider = Spider()
+@pytest.mark.parametrize("encoding", ["sine", "recurrence"])
+def test_the_skeleton_rests_on_the_ground_and_moves_with_the_body(encoding: str) -> None:
+    spider = Spider(encoding=encoding)
     motion = spider.move(spider.genome_space().random(2, np.random.default_rng(9)))
     skeleton = spider.skeleton(motion, 1)
     assert skeleton.segments.shape == (300, 28, 2, 3)
-    assert skeleton.contacts is not None
-    np.testing.assert_allclose(skeleton.contacts[:, :, 2].min(axis=1), body.FOOT_RADIUS)
-    outline = skeleton.segments[:, :4].mean(axis=(1, 2))[:, :2]
-    np.testing.assert_allclose(outline, motion["pose"][1, :, :2], atol=1e-6)
+    feet = np.sort(skeleton.contacts[:, :, 2])
+    np.testing.assert_allclose(feet[:, :3], body.FOOT_RADIUS, atol=1e-6)  # three feet support it
+    middle = skeleton.segments[:, :4].mean(axis=(1, 2))
+    assert np.abs(middle[:, :2] - motion["pose"][1, :, :2]).max() < 0.03  # the body leans
+
+
+def test_the_skeleton_leans_as_far_as_the_resting_plane() -> None:
+    """In still intervals, the plane of a frame is that of the interval after it."""
+    spider = Spider()
+    genomes = spider.genome_space().random(20, np.random.default_rng(3))
+    poses = spider.move(genomes)["joint_angles"][:, 7:10]
+    motion = spider.play(np.repeat(poses[:, 0:1], 5, axis=1))
+    for individual in range(len(genomes)):
+        corners = spider.skeleton(motion, individual).segments[0, :4, 0]
+        normal = np.cross(corners[1] - corners[0], corners[2] - corners[0])
+        angle = np.arccos(np.abs(normal[2]) / np.linalg.norm(normal))
+        assert angle == pytest.approx(motion["slope"][individual, 0], abs=1e-4)
+
+
+def test_standing_feet_slide_in_a_drawing_as_far_as_in_the_model() -> None:
+    spider = Spider()
+    motion = spider.move(spider.starts()["tetrapod"][None])
+    skeleton = spider.skeleton(motion, 0)
+    slid = np.linalg.norm(np.diff(skeleton.contacts[..., :2], axis=0), axis=-1)
+    stance = motion["stance"][0]
+    drawn = (slid * stance[:-1]).sum(axis=1) / stance[:-1].sum(axis=1)
+    np.testing.assert_allclose(drawn, motion["slip"][0, :-1], atol=2e-4)
 
 
 def test_at_least_three_feet_stand_whichever_four_are_lifted() -> None:

@@ -195,6 +195,8 @@ class Clip:
         contacts, touching = np.empty((0, 3)), np.empty(0, dtype=np.bool_)
         if skeleton.contacts is not None and skeleton.touching is not None:
             contacts, touching = between(skeleton.contacts), skeleton.touching[before]
+            if share:  # a foot that lands or lifts between two frames is in the air
+                touching = touching & skeleton.touching[before + 1]
         return Pose(
             between(skeleton.segments) + self._shift,
             self._solids(before, share),

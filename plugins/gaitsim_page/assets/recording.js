@@ -70,10 +70,18 @@ class Recording {
       points: this._between(points, frame, share),
       poses: poses && this._posesBetween(poses, frame, share),
       feet: feet && this._between(feet, frame, share),
-      touching: touching && touching.subarray(frame * this.feet, (frame + 1) * this.feet),
+      touching: touching && this._touchingBetween(touching, frame, share),
       centre: this._between(centre, frame, share),
       aim: [...this._between(this.aims, frame, share)],
     };
+  }
+
+  /** Return which feet are on the ground; a foot that lands or lifts between frames is not. */
+  _touchingBetween(touching, frame, share) {
+    const row = (at) => touching.subarray(at * this.feet, (at + 1) * this.feet);
+    if (share < 1e-6) return row(frame);
+    const after = row(frame + 1);
+    return row(frame).map((down, foot) => down && after[foot]);
   }
 
   /**
