@@ -76,6 +76,7 @@ class MapElites(Search):
     Mouret and Clune 2015, "Illuminating search spaces by mapping elites". The variations are the
     article's isotropic variation, the line variation of Vassiliades and Mouret 2018, and the
     emitters CMA-ME (Fontaine et al. 2020) and CMA-MAE (Fontaine and Nikolaidis 2023) as in pyribs.
+    Voronoi cells: Vassiliades, Chatzilygeroudis and Mouret 2018.
     """
 
     axes: dict[str, tuple[float, float]] = option(
