@@ -1,15 +1,36 @@
-"""Evolve gaits in your terminal; in Python, `import gaitsim as gs`."""
+"""Evolve gaits, look at them, and bring them elsewhere.
 
-from typing import TYPE_CHECKING, Any
+A session in Python, from a preset to a file:
 
-if TYPE_CHECKING:
-    from gaitsim.actions.export import export as export
+    import gaitsim as gs
+    gs.presets()                                    # what can evolve
+    for generation in gs.evolve("spider", out="runs/spider"):
+        print(generation)                           # best and mean score
+    run = gs.load("spider")                         # gs.runs() lists all
+    run.champion.gait, run.champion.measures        # gs.analyse(run): a table
+    run.plot("fitness"), run.champion.plot("path"), gs.view(run.champion)
+    run.replay(5, damage="L2 lost").motion["feet"]  # arrays with units
+    run.to_pandas(), run.champion.to_pandas()       # history, motion
+    run.export("gait.csv"), run.video("gait.mp4")
+    gs.verify(run), gs.verify(gs.share(run))        # bit for bit
+"""
+
+# Under a private name, as some editors offer all names of the file for completion.
+import typing as _typing
+
+if _typing.TYPE_CHECKING:
     from gaitsim.api import (
         Run as Run,
         RunningSearch as RunningSearch,
+        analyse as analyse,
         evolve as evolve,
+        export as export,
         load as load,
         picture as picture,
+        presets as presets,
+        runs as runs,
+        share as share,
+        verify as verify,
         view as view,
     )
     from gaitsim.comparing import Comparison as Comparison, compare as compare
@@ -33,12 +54,13 @@ if TYPE_CHECKING:
     from gaitsim.individual import Individual as Individual, Member as Member
     from gaitsim.optimiser import Optimiser as Optimiser
     from gaitsim.registry.python_plugins import scalar as scalar
-    from gaitsim.sharing.challenge import Challenge as Challenge, verify_code as verify_code
+    from gaitsim.sharing.challenge import Challenge as Challenge
 
 # Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
 _NAMES = {
-    "gaitsim.actions.export": "export",
-    "gaitsim.api": "Run RunningSearch evolve load picture view",
+    "gaitsim.api": (
+        "Run RunningSearch analyse evolve export load picture presets runs share verify view"
+    ),
     "gaitsim.comparing": "Comparison compare",
     "gaitsim.contracts": "BitSpace Fitness Motion Organism RealSpace",
     "gaitsim.errors": "GaitsimError",
@@ -50,19 +72,40 @@ _NAMES = {
     "gaitsim.individual": "Individual Member",
     "gaitsim.optimiser": "Optimiser",
     "gaitsim.registry.python_plugins": "scalar",
-    "gaitsim.sharing.challenge": "Challenge verify_code",
+    "gaitsim.sharing.challenge": "Challenge",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = [*_MODULES]  # noqa: PLE0604 - names, which a linter cannot see
 
 
-def __getattr__(name: str) -> Any:
+# Names that users guess for others; each thing has one name.
+_GUESSED = {
+    "experiments": "presets()",
+    "list_presets": "presets()",
+    "list_runs": "runs()",
+    "open": "load(NAME)",
+    "plot": "load(NAME).plot(KIND)",
+    "replay": "load(NAME).replay(GENERATION)",
+    "resume": "load(NAME).resume()",
+    "run": "evolve(PRESET) to evolve, gaitsim.load(NAME) to open a run",
+    "to_pandas": "load(NAME).to_pandas()",
+    "verify_code": "verify(CODE)",
+    "video": "load(NAME).video(PATH)",
+}
+
+
+def __getattr__(name: str) -> _typing.Any:
     if name not in _MODULES:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from gaitsim.errors import nearest
+
+        close = nearest(name, __all__)
+        hint = f"use gaitsim.{_GUESSED[name]}" if name in _GUESSED else close
+        text = f"module 'gaitsim' has no attribute {name!r}"
+        raise AttributeError(f"{text}: {hint}" if hint else text)
     from importlib import import_module
 
     return getattr(import_module(_MODULES[name]), name)
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_MODULES})
+    return [*__all__, "__doc__", "__file__", "__name__", "__path__"]

@@ -18,7 +18,7 @@ from gaitsim.adaptation.report import AdaptationReport, make_report
 from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
-from gaitsim.contracts import GenomeSpace, Plot, Subject
+from gaitsim.contracts import GenomeSpace, Subject
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator, Executor
@@ -26,33 +26,71 @@ from gaitsim.evaluation.worlds import Ranges, World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
-from gaitsim.gait.changed import with_world
+from gaitsim.gait.changed import in_engine, with_damage, with_world
 from gaitsim.gait.checks import CheckResults, check_gait
 from gaitsim.gait.feedback import FeedbackResults, compare_blind
 from gaitsim.gait.report import gait_warnings
 from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member, Which
+from gaitsim.inspecting import (
+    DataFrame,
+    Exported,
+    GaitAnalysis,
+    data_frame,
+    export as _export,
+    plot,
+)
 from gaitsim.live.process import detach, stop
 from gaitsim.optimiser import Progress, objective_options, start_of, start_options
+from gaitsim.registry import EXPERIMENTS, entries
+from gaitsim.registry.loading import describe_preset
 from gaitsim.registry.python_plugins import python_options
-from gaitsim.render.notebook import enable_notebook_display, page_exporter, picture, view
-from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.sharing.challenge import code_of
+from gaitsim.render.notebook import page_exporter, picture, view
+from gaitsim.repr_mixin import ReprField, ReprMixin, Table
+from gaitsim.sharing.challenge import (
+    Challenge,
+    Checked,
+    code_of,
+    find_challenge,
+    verify_challenge,
+)
 from gaitsim.steering import driven
 from gaitsim.storage.background import last_failure
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.checkpoint import Start
-from gaitsim.storage.files.folder import find_run
+from gaitsim.storage.files.folder import check_root, find_run
+from gaitsim.storage.files.history import with_integers
 from gaitsim.storage.growing import overview
 from gaitsim.storage.manage import read_note, rename_run, write_note
-from gaitsim.storage.overview import State
+from gaitsim.storage.overview import State, list_overviews
 from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.verification import Verdict, verify as verify_run
 from gaitsim.storage.writer import RunWriter
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Individual", "Member", "Run", "RunningSearch", "evolve", "load", "picture", "view"]
+__all__ = [
+    "Individual",
+    "Member",
+    "Run",
+    "RunningSearch",
+    "analyse",
+    "evolve",
+    "export",
+    "load",
+    "picture",
+    "presets",
+    "runs",
+    "share",
+    "verify",
+    "view",
+]
+
+
+def __dir__() -> list[str]:
+    return __all__
+
 
 Generations = Generator[Generation, None, None]
 
@@ -168,6 +206,113 @@ def load(
     return found
 
 
+def runs(folder: str | Path = "runs") -> Table["Run"]:
+    """Return the runs in a folder, oldest first, as a sequence that is shown as a table.
+
+    Raises:
+        GaitsimError: the folder does not exist.
+    """
+    check_root(Path(folder))
+    found = list_overviews(Path(folder), overview)
+    rows = [
+        {
+            "run": one.name,
+            "body": one.plugins.get("organism", ""),
+            "fitness": one.plugins.get("fitness", ""),
+            "generation": f"{one.generation}/{one.generations}",
+            "best": one.best,
+            "state": one.state,
+        }
+        for one in found
+    ]
+    title = f"{len(rows)} run{'s' * (len(rows) != 1)} in {folder}"
+    return Table(title, [Run(one.path) for one in found], rows)
+
+
+def presets() -> Table[str]:
+    """Return the names of all presets, for `evolve`, as a sequence that is shown as a table."""
+    rows = [{"preset": name, "description": describe_preset(name)} for name in entries(EXPERIMENTS)]
+    return Table(f"{len(rows)} presets", [row["preset"] for row in rows], rows)
+
+
+def analyse(subject: "Individual | Run") -> GaitAnalysis:
+    """Return the analysis of an individual's gait, or of a run's champion, as a table.
+
+    Raises:
+        RunError: the run has no champion.
+        PluginError: the body cannot be moved or drawn.
+    """
+    return subject.analyse()
+
+
+def share(subject: "Individual | Run") -> str:
+    """Return the challenge code of an individual, or of a run's champion.
+
+    Raises:
+        GaitsimError: the individual has no genome or score, or the code would be too large.
+        RunError: the run has no champion, or is damaged.
+    """
+    return subject.share()
+
+
+def export(
+    subject: "Individual | Run", path: str | Path, format: str | None = None, **options: Any
+) -> Exported:
+    """Write an individual or a run to a file, as `gaitsim export` does.
+
+    Args:
+        subject: an individual, such as a run's champion, `run.replay(12)` or
+            `run.replay(world={...})`; or a run, for its champion or for a format that needs a
+            whole run, such as 'atlas'.
+        path: path of the file, or of a folder for some formats, such as 'arduino' and 'rosbag2'.
+        format: a format listed by `gaitsim export --help`, such as 'mat', 'motion', 'arduino' or
+            'ros2'; None takes the format from the file's extension.
+        **options: options of the format, such as `calibration`, `keyframe_ms`, `speed`, `clip`,
+            `centre`, `min` and `max`; `gaitsim plugins show FORMAT` lists them.
+
+    Returns:
+        A description of the file's content, and notices.
+
+    Raises:
+        GaitsimError: the extension, the format or an option is unknown, the body lacks something
+            that the format needs (such as joint angles), the calibration is invalid, or the gait
+            exceeds the limits of the servos.
+        RunError: the file cannot be written.
+    """
+    return subject.export(path, format, **options)
+
+
+def verify(subject: "str | Path | Challenge | Individual | Run") -> Verdict | Checked:
+    """Verify a run, an individual, or a challenge code, bit for bit.
+
+    A run's files are checked and ten of its generations reproduced; see `Run.verify`. The
+    individual is played otherwise, and its score compared.
+
+    Args:
+        subject: a run, its folder or its name under `runs/`; an individual; a challenge; or a text
+            or file that contains a challenge code.
+
+    Returns:
+        The result, whose `identical` says whether all is identical.
+
+    Raises:
+        ExperimentError: the experiment has problems, such as a plugin that is not installed.
+        GaitsimError: the code is damaged or invalid.
+        RunError: the run does not exist or cannot be read.
+        PluginError: a plugin fails.
+    """
+    if isinstance(subject, Run):
+        return subject.verify()
+    if isinstance(subject, Individual):
+        subject = Challenge.of(subject)
+    elif not isinstance(subject, Challenge):
+        found = find_challenge(str(subject))
+        if found is None:
+            return load(subject).verify()
+        subject = found
+    return verify_challenge(subject)
+
+
 class RunningSearch(Progress, Iterator[Generation]):
     """A search to loop over once, as returned by `evolve`.
 
@@ -258,13 +403,24 @@ class Run(ReprMixin):
         return self.snapshot.experiment
 
     @property
-    def history(self) -> dict[str, NDArray[np.float64]]:
+    def history(self) -> dict[str, NDArray[Any]]:
         """Columns of `history.csv` by name, each of shape (generations,); {} before the first row.
+
+        `generation`, `stage` and `evaluations` are int64, others float64.
 
         Raises:
             RunError: the file is damaged.
         """
-        return self.snapshot.history
+        return with_integers(self.snapshot.history)
+
+    def to_pandas(self) -> DataFrame:
+        """Return `history` as a DataFrame, with a row for each generation.
+
+        Raises:
+            GaitsimError: pandas is not installed.
+            RunError: the file is damaged.
+        """
+        return data_frame(self.history)
 
     @property
     def generation(self) -> int:
@@ -312,12 +468,16 @@ class Run(ReprMixin):
         """
         return self.replay()
 
+    best = champion
+
     def replay(
         self,
         generation: int | None = None,
         *,
         member: int | None = None,
+        damage: Sequence[str] = (),
         world: World | None = None,
+        engine: str | None = None,
         drive: Sequence[Mapping[str, float]] | None = None,
     ) -> Individual:
         """Return the best individual of a generation, or a member of the front or archive.
@@ -325,8 +485,10 @@ class Run(ReprMixin):
         Args:
             generation: generation whose best individual to return; None for the best of the run.
             member: number of a member of the front or archive to return instead, counted from 1.
+            damage: damage to the body, such as 'L2 lost' or `["L2 lost", "R1 femur stuck 20"]`.
             world: conditions of the body's world, such as `{"friction": 0.4}`; None for the
                 body's own world.
+            engine: physics engine for a robot, such as 'bullet'; None for its own.
             drive: commands over time to a robot, such as
                 `[{"speed": 0.2}, {"at": 5.0, "turn": 30.0}]`: `at` in s, `speed` and `sideways` in
                 m/s, `turn` in °/s, `height` in m; None for the gait as it evolved.
@@ -339,7 +501,10 @@ class Run(ReprMixin):
         if generation is not None and member is not None:
             raise GaitsimError("'generation' and 'member' cannot be combined", where=ARGUMENTS)
         found = self.snapshot.individual(generation if member is None else Member(member))
+        if damage:
+            found = with_damage(found, [damage] if isinstance(damage, str) else damage)
         found = with_world(found, world) if world else found
+        found = in_engine(found, engine) if engine else found
         if drive is None:
             return found
         found = driven(found, drive)
@@ -424,10 +589,46 @@ class Run(ReprMixin):
         check_workers(workers)
         return compare_blind(self.replay(generation, member=member), workers=workers)
 
+    def analyse(self, generation: int | None = None, *, member: int | None = None) -> GaitAnalysis:
+        """Return the analysis of the champion's gait, or of another individual's.
+
+        Args:
+            generation: generation whose best individual to analyse; None for the champion.
+            member: number of a member of the front or archive to analyse instead, counted from 1.
+
+        Raises:
+            GaitsimError: both generation and member are given.
+            RunError: the individual does not exist.
+        """
+        return self.replay(generation, member=member).analyse()
+
+    def verify(
+        self,
+        generations: Sequence[int] | None = None,
+        *,
+        everything: bool = False,
+        workers: int | None = None,
+    ) -> Verdict:
+        """Reproduce generations bit for bit, like `gaitsim verify`.
+
+        Args:
+            generations: generations to reproduce; None for ten, evenly spaced from first to last.
+            everything: whether to reproduce the whole run instead, up to the first difference.
+            workers: number of parallel workers; None chooses the body's default.
+
+        Returns:
+            The verdict, whose `identical` says whether all is identical.
+
+        Raises:
+            RunError: a generation does not exist, or the run cannot be read.
+        """
+        check_workers(workers)
+        return verify_run(self.snapshot, generations, everything=everything, workers=workers)
+
     def share(self, generation: int | None = None, *, member: int | None = None) -> str:
         """Return the challenge code of the champion, or of another individual.
 
-        `verify_code` verifies it on any machine; `Challenge.read` opens it.
+        `gaitsim.verify` verifies it on any machine; `Challenge.read` opens it.
 
         Args:
             generation: generation whose best individual to share; None for the champion.
@@ -653,20 +854,26 @@ class Run(ReprMixin):
         Raises:
             GaitsimError: the kind or an option is unknown, or the run or its body lacks the data.
         """
-        from matplotlib.figure import Figure
+        return plot(kind, self.snapshot, generations, options, dark=dark)
 
-        from gaitsim.registry.loading import call_product, load_product
-        from gaitsim.render.plots.style import THEMES
+    def export(
+        self,
+        path: str | Path,
+        format: str | None = None,
+        *,
+        generations: Sequence[Which] = (),
+        **options: Any,
+    ) -> Exported:
+        """Write the champion, or other individuals, to a file; see `gaitsim.export`.
 
-        plot = load_product("plot", kind, options | ({"theme": "dark"} if dark else {}))
-        assert isinstance(plot, Plot)
-        run = self.snapshot
-        individuals: tuple[Individual, ...] = ()
-        if plot.input != "run":
-            individuals = tuple(run.individual(one) for one in generations or (None,))
-        subject = Subject(run, individuals)
-        figure = call_product("plot", kind, "drawing", Figure, plot.draw, subject)
-        return enable_notebook_display(figure, THEMES[plot.theme])
+        Args:
+            path: path of the file or folder.
+            format: format of the file; None takes it from the file's extension.
+            generations: generations whose best individuals to write, or members such as
+                `gs.Member(3)`, for formats that take several; () for the champion.
+            **options: options of the format.
+        """
+        return _export(self.snapshot, Path(path), format, generations, options)
 
     def video(
         self,

@@ -132,9 +132,9 @@ def error_from_dict(data: Mapping[str, Any]) -> GaitsimError:
     return found
 
 
-def nearest(word: str, known: Sequence[str]) -> str:
+def nearest(word: str, known: Sequence[str], cutoff: float = 0.6) -> str:
     """Return 'did you mean …?' with the known word most similar to `word`, or ''."""
-    matches = get_close_matches(word, known, n=1, cutoff=0.6)
+    matches = get_close_matches(word, known, n=1, cutoff=cutoff)
     return f"did you mean {matches[0]!r}?" if matches else ""
 
 

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,11 @@ from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.registry.python_plugins import MissingFitness
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.toml import brief, shortened
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from gaitsim.inspecting import DataFrame, Exported, GaitAnalysis
 
 
 class Measurement(NamedTuple):
@@ -162,11 +167,15 @@ class Individual(ReprMixin):
             PluginError: the body fails.
         """
         if self.played is not None:
-            return self.played
-        if self.genome is None:
+            motion = self.played
+        elif self.genome is None:
             raise ValueError("an individual needs a genome or a motion")
-        with plugin_errors(self.experiment.entries["organism"], "moving the champion"):
-            return self.experiment.organism.move(self.genome[None].copy())
+        else:
+            with plugin_errors(self.experiment.entries["organism"], "moving the champion"):
+                motion = self.experiment.organism.move(self.genome[None].copy())
+        if isinstance(motion, Motion):  # otherwise, its user reports the mistake of the plugin
+            motion.declared = self.experiment.organism.channels
+        return motion
 
     @cached_property
     def skeleton(self) -> Skeleton:
@@ -301,12 +310,77 @@ class Individual(ReprMixin):
             return None
         return np.asarray(self.motion["joint_angles"][0], dtype=np.float64)
 
+    @property
+    def gait(self) -> str:
+        """The name of the gait, such as 'tetrapod'; see `analyse` for its measures.
+
+        Raises:
+            PluginError: the body cannot be moved or drawn.
+        """
+        return self.analyse().name.name
+
+    def analyse(self) -> "GaitAnalysis":
+        """Return the analysis of the gait: its name, footfalls and measures.
+
+        Raises:
+            PluginError: the body cannot be moved or drawn.
+        """
+        from gaitsim.inspecting import analyse_individual
+
+        return analyse_individual(self)
+
+    def plot(self, kind: str = "path", *, dark: bool = False, **options: Any) -> "Figure":
+        """Return a plot of the motion, as `Run.plot` does.
+
+        Args:
+            kind: a kind of plot for an individual, such as 'footfall' or 'joints'.
+            dark: whether the background is dark.
+            **options: options of the kind, such as `channel` or `window`.
+
+        Raises:
+            GaitsimError: the kind or an option is unknown, or the body lacks the data.
+        """
+        from gaitsim.inspecting import plot
+
+        return plot(kind, self, (), options, dark=dark)
+
+    def export(self, path: str | Path, format: str | None = None, **options: Any) -> "Exported":
+        """Write the individual to a file; see `gaitsim.export`."""
+        from gaitsim.inspecting import export
+
+        return export(self, Path(path), format, (), options)
+
+    def share(self) -> str:
+        """Return the challenge code of the individual, which `gaitsim.verify` verifies.
+
+        Raises:
+            GaitsimError: it has no genome or score, or the code would be too large.
+        """
+        from gaitsim.inspecting import code_of
+
+        return code_of(self)
+
+    def to_pandas(self) -> "DataFrame":
+        """Return all channels of the motion as a DataFrame, with a row for each frame.
+
+        The columns are `generation`, `score`, `frame` and `time (s)`, for some bodies `trial`, and
+        one for each entry of a channel with its unit, such as `feet L1 x (m)`.
+
+        Raises:
+            GaitsimError: pandas is not installed.
+            PluginError: the body cannot be moved.
+        """
+        from gaitsim.inspecting import motion_frame
+
+        return motion_frame(self)
+
     def _repr_fields(self) -> Mapping[str, ReprField]:
         return {
             "experiment": self.experiment.name,
             "generation": self.generation or "",
             **({} if self.member is None else {"member": self.member.number}),
             "score": self.score,
+            "changes": self._changes_text.removeprefix(", "),
         }
 
     def _repr_details(self) -> Mapping[str, ReprField]:

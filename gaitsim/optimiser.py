@@ -23,12 +23,13 @@ from gaitsim.experiment import Experiment
 from gaitsim.experiment.loading import python_experiment
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.individual import Individual
+from gaitsim.inspecting import DataFrame, data_frame
 from gaitsim.registry.entry_points import PythonEntry
 from gaitsim.registry.python_plugins import motion_of, objective_names
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.storage.compatibility import check_start, out_of_bounds
 from gaitsim.storage.files.checkpoint import Start
-from gaitsim.storage.files.history import row
+from gaitsim.storage.files.history import row, with_integers
 
 
 class Progress(ReprMixin):
@@ -49,12 +50,20 @@ class Progress(ReprMixin):
         self._history: dict[str, array[float]] = {}
 
     @property
-    def history(self) -> dict[str, NDArray[np.float64]]:
+    def history(self) -> dict[str, NDArray[Any]]:
         """Columns by name, as in `Run.history`, each (generations,); {} before the first.
 
         They hold the generations of this search only, not those of a run that it continues.
         """
-        return {name: np.array(values) for name, values in self._history.items()}
+        return with_integers({name: np.array(values) for name, values in self._history.items()})
+
+    def to_pandas(self) -> "DataFrame":
+        """Return `history` as a DataFrame, with a row for each generation.
+
+        Raises:
+            GaitsimError: pandas is not installed.
+        """
+        return data_frame(self.history)
 
     @property
     def members(self) -> Members | None:

@@ -1,11 +1,13 @@
 """The Python interface, `import gaitsim as gs`: searches as loops, loaded runs, reprs."""
 
 import html
+import inspect
 import subprocess
 import sys
 import threading
 from io import StringIO
 from pathlib import Path
+from textwrap import dedent
 from typing import Any
 
 import numpy as np
@@ -44,8 +46,118 @@ def test_importing_gaitsim_imports_nothing_else() -> None:
 def test_every_public_name_exists() -> None:
     assert set(gs.__all__) <= set(dir(gs))
     assert all(getattr(gs, name).__name__ == name for name in gs.__all__)
-    with pytest.raises(AttributeError, match="no attribute 'evovle'"):
+    with pytest.raises(AttributeError, match="no attribute 'evovle': did you mean 'evolve'"):
         gs.evovle  # noqa: B018
+
+
+def test_completion_offers_only_public_names() -> None:
+    import gaitsim.api
+
+    assert {name for name in dir(gs) if not name.startswith("_")} == {*gs.__all__}
+    assert dir(gaitsim.api) == sorted(gaitsim.api.__all__)
+    assert not hasattr(gs, "TYPE_CHECKING")
+
+
+def test_the_help_begins_with_ten_lines_that_work() -> None:
+    code = dedent(inspect.cleandoc(gs.__doc__ or "").split("\n\n", 2)[2])
+    assert len(code.splitlines()) <= 12
+    compile(code, "help", "exec")
+
+
+@pytest.mark.parametrize(
+    ("guess", "use"),
+    [("run", "gaitsim.evolve"), ("list_runs", "gaitsim.runs()"), ("experiments", "presets()")],
+)
+def test_other_names_for_a_thing_name_the_right_one(guess: str, use: str) -> None:
+    with pytest.raises(AttributeError) as error:
+        getattr(gs, guess)
+    assert use in str(error.value)
+
+
+def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch) -> None:
+    import gaitsim.storage.snapshot  # noqa: F401 - submodules must not hide the functions
+
+    found = gs.runs(evolved_search.run.path.parent)
+    assert [run.path.name for run in found] == ["evolved_search"]
+    title, head, row = repr(found).splitlines()
+    assert title.startswith("1 run in ")
+    assert head.split() == ["run", "body", "fitness", "generation", "best", "state"]
+    assert row.split()[:4] == ["evolved_search", "spider", "spider-walk", "4/4"]
+    assert row.split()[4:] == [f"{found[0].champion.score:.4g}", "finished"]
+    assert "<td>evolved_search</td>" in found._repr_html_()
+    with pytest.raises(gs.GaitsimError, match="folder not found"):
+        gs.runs("nowhere")
+    presets = gs.presets()
+    assert {"spider", "fly"} <= {*presets}
+    assert "a spider that walks" in repr(presets[presets.index("spider") :])
+
+
+def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
+    run = evolved_search.run
+    assert run.best.score == run.champion.score
+    assert run.champion.gait == run.analyse().name.name == gs.analyse(run).name.name
+    assert repr(run.analyse()).startswith(f"Gait: {run.champion.gait}, ")
+    assert isinstance(run.champion.plot("footfall"), Figure)
+    assert isinstance(run.champion.plot(), Figure)
+    with pytest.raises(gs.GaitsimError, match="needs a whole run"):
+        run.champion.plot("fitness")
+    damaged = run.replay(2, damage="L2 lost")
+    assert damaged.damage == ("L2 lost",)
+    assert "changes='L2 lost'" in repr(damaged)
+    assert damaged.score == run.replay(2, damage=["L2 lost"]).score < run.replay(2).score
+    run.export(tmp_path / "gait.csv")
+    gs.export(run.champion, tmp_path / "same.csv")
+    assert (tmp_path / "gait.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()
+    assert gs.share(run) == run.share() == run.champion.share()
+    for subject in (run, str(run.path), run.champion, run.share(), f"see “{run.share()}”."):
+        found = gs.verify(subject)
+        assert found.identical
+        assert "identical=True" in repr(found)
+    assert run.verify([2]).best_only == (2,)
+
+
+def test_an_unknown_extension_is_one_message(
+    evolved_search: gs.RunningSearch, tmp_path: Path
+) -> None:
+    for name in ("a.xyz", "a"):
+        with pytest.raises(gs.GaitsimError, match="unknown extension") as error:
+            gs.export(evolved_search.run, tmp_path / name)
+        assert ".csv" in error.value.allowed
+        assert "arduino" in error.value.remedy
+    assert not [*tmp_path.iterdir()]
+
+
+def test_a_motion_names_its_channels(evolved_search: gs.RunningSearch) -> None:
+    motion = evolved_search.run.champion.motion
+    with pytest.raises(KeyError, match=r"no channel 'foot'; did you mean 'feet'.* channels: joint"):
+        motion["foot"]
+    assert "foot" not in motion
+    assert motion.get("foot") is None
+    title, head, *rows = repr(motion).splitlines()
+    assert title == "Motion of 1 at 30 Hz"
+    assert head.split() == ["channel", "shape", "unit", "meaning"]
+    assert rows[0].startswith("joint_angles")
+    assert "(1, 300, 24)" in rows[0]
+    assert "<td>joint_angles</td>" in motion._repr_html_()
+
+
+def test_whole_columns_of_a_history_are_integers(evolved_search: gs.RunningSearch) -> None:
+    for history in (evolved_search.run.history, evolved_search.history):
+        whole = [name for name, values in history.items() if values.dtype == np.int64]
+        assert whole == ["generation", "stage", "evaluations"]
+        assert history["best"].dtype == np.float64
+
+
+def test_a_history_is_a_table_of_pandas(
+    evolved_search: gs.RunningSearch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("pandas")
+    for table in (evolved_search.run.to_pandas(), evolved_search.to_pandas()):
+        assert table["generation"].tolist() == [1, 2, 3, 4]
+        assert table["best"].max() == evolved_search.champion.score  # type: ignore[union-attr]
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(gs.GaitsimError, match="needs the package pandas"):
+        evolved_search.run.to_pandas()
 
 
 @pytest.mark.slow
@@ -242,6 +354,8 @@ def test_reprs_are_short_lines(evolved_search: gs.RunningSearch) -> None:
         evolved_search.champion,
     ):
         assert len(repr(thing)) < 300
+    for thing in (evolved_search.last.evaluation, gs.Challenge.read(evolved_search.run.share())):
+        assert len(repr(thing)) < 200
     console = Console(width=80, file=StringIO())
     console.print(evolved_search.last)
     assert "'forward': " in console.file.getvalue()  # type: ignore[attr-defined]

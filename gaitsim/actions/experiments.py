@@ -5,10 +5,8 @@ import io
 from gaitsim.actions.action import EXPERIMENT, Action, argument
 from gaitsim.console.printing import echo, notice, print_table
 from gaitsim.console.streams import results
-from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, entries
-from gaitsim.registry.loading import read_preset
-from gaitsim.toml import parse
+from gaitsim.registry.loading import describe_preset
 
 
 class ListExperiments(Action):
@@ -17,17 +15,10 @@ class ListExperiments(Action):
     def do(self) -> None:
         """Print the list."""
         rows = [
-            (name, _describe(name), " and ".join(claim.package for claim in claims))
+            (name, describe_preset(name), " and ".join(claim.package for claim in claims))
             for name, claims in entries(EXPERIMENTS).items()
         ]
         print_table(["name", "description", "package"], rows)
-
-
-def _describe(name: str) -> str:
-    try:  # not by an outline: that would import NumPy, and slow down the list
-        return str(parse(read_preset(name), f"preset {name}").get("description", ""))
-    except GaitsimError as error:
-        return f"broken: {error.what}"
 
 
 class ShowExperiment(Action):

@@ -1,6 +1,5 @@
 """`gaitsim runs`, `show`, `fork`, `note` and `rename`."""
 
-import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
 from gaitsim.registry.entry_points import PYTHON, is_outside
 from gaitsim.render.terminal.text import number
-from gaitsim.storage.files.folder import RUNS, command, find_run, holds_run
+from gaitsim.storage.files.folder import check_root, command, find_run, holds_run
 from gaitsim.storage.manage import delete_run, read_note, rename_run, write_note
 from gaitsim.storage.overview import Overview, list_overviews
 
@@ -68,23 +67,6 @@ def _print(root: Path, found: list[dict[str, Any]]) -> None:
     for row in found:
         if row["failure"]:
             notice(f"{root / row['run']} failed: {row['failure']}")
-
-
-def check_root(root: Path) -> None:
-    """Check that a folder can hold runs; only `runs` may be missing, before the first run."""
-    if holds_run(root):
-        raise GaitsimError(
-            f"{root} is a run",
-            allowed="a folder that holds runs",
-            remedy=command("show", root),
-        )
-    # Unlike pathlib, os.path accepts names that are invalid for files.
-    if root != RUNS and not os.path.exists(root):  # noqa: PTH110
-        raise GaitsimError(
-            f"folder not found: {root}",
-            allowed="a folder that holds runs",
-            remedy="'gaitsim runs' lists the runs in runs/",
-        )
 
 
 def _delete(root: Path, references: tuple[str, ...], *, yes: bool, json: bool) -> None:

@@ -38,8 +38,9 @@ SHOWN = 5  # generations that differ, and parts of one
 class VerifyResults(Action):
     """Reproduce generations of a run, or the score of a challenge code, bit for bit.
 
-    Given a challenge code, the command plays the individual and compares its score with the score
-    in the code.
+    Given a challenge code, or a text that contains one, the command plays the individual and
+    compares its score with the score in the code. That the individual is the best of its
+    generation is a statement of the code's author, which nothing can check.
 
     Given a run, the command checks that the files of the run are consistent, and that
     experiment.toml has the options of the last generation. Then it reproduces the first and the
@@ -79,7 +80,12 @@ class VerifyResults(Action):
 
         if self.all_ and self.generations is not None:
             raise not_combinable("--all", "--generations")
-        challenge = read_challenge(self.run)
+        try:
+            challenge = read_challenge(self.run)
+        except GaitsimError as error:
+            if self.json_lines:
+                print_json({"identical": None, "error": error.to_dict()})
+            raise
         if challenge is None:
             self._verify_run()
         elif self.all_ or self.generations is not None:
@@ -126,8 +132,8 @@ def _verify_code(challenge: Challenge, json: bool) -> None:
         print_json(
             {
                 "experiment": challenge.experiment.name,
-                "generation": challenge.generation,
-                "member": challenge.member,
+                "stated_generation": challenge.generation,
+                "stated_member": challenge.member,
                 "identical": checked.identical,
                 "claimed": challenge.score,
                 "score": checked.score,
@@ -147,18 +153,20 @@ def _verify_code(challenge: Challenge, json: bool) -> None:
 
 def _print_checked(checked: Checked) -> None:
     challenge = checked.challenge
-    individual, unit = challenge.individual, challenge.experiment.fitness.unit
+    name, unit = challenge.experiment.name, challenge.experiment.fitness.unit
     _warn_of_other_machine(challenge.experiment.portability, checked.version_differences)
     if checked.identical:
-        echo(f"{individual.title}: reproduced, the score is {challenge.score!r} {unit}".rstrip())
+        echo(f"{name}: reproduced, the score is {challenge.score!r} {unit}".rstrip())
     else:
-        echo(f"{individual.title}: not reproduced")
+        echo(f"{name}: not reproduced")
         echo(f"  claimed: {challenge.score!r} {unit}".rstrip())
         echo(f"  here:    {checked.score!r} {unit}".rstrip())
         if math.isfinite(checked.score):
             echo(f"  differs by {abs(checked.score - challenge.score):.2g} {unit}".rstrip())
         if checked.failure:
             echo(f"  failed:  {checked.failure}")
+    best = "" if challenge.member else "the best of "
+    echo(f"not checked: that it is {best}{challenge.individual.label}, as the code's author states")
     portability = challenge.experiment.portability
     for text in _describe_versions(
         bool(challenge.versions), checked.version_differences, "code", portability

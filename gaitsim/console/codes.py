@@ -1,18 +1,14 @@
 """Challenge codes on the command line: as an argument, in a file, or on standard input."""
 
-import os
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 from gaitsim.console.printing import notice, status
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Choice, Individual
-from gaitsim.opening import read_regular
-from gaitsim.sharing.challenge import Challenge, verify_challenge
-from gaitsim.sharing.code import LONGEST, looks_like_code
+from gaitsim.sharing.challenge import Challenge, find_challenge, verify_challenge
+from gaitsim.sharing.code import LONGEST
 from gaitsim.storage.files.checkpoint import Champion
-from gaitsim.storage.files.folder import RUNS, holds_run
 from gaitsim.storage.provenance import current_versions
 from gaitsim.storage.snapshot import RunSnapshot
 
@@ -26,13 +22,7 @@ def read_challenge(reference: str) -> Challenge | None:
     """
     if reference == STANDARD_INPUT:
         return Challenge.read(sys.stdin.buffer.read(2 * LONGEST + 1).decode("utf-8", "replace"))
-    # Unlike pathlib, os.path accepts names that are invalid for files.
-    if os.path.isfile(reference):  # noqa: PTH113
-        text = _text(Path(reference))
-        return Challenge.read(text) if looks_like_code(text) else None
-    if any(holds_run(path) for path in (Path(reference), RUNS / reference)):
-        return None
-    return Challenge.read(reference) if looks_like_code(reference) else None
+    return find_challenge(reference)
 
 
 def read_individual(reference: str, choice: Choice) -> Individual:
@@ -47,13 +37,6 @@ def read_individual(reference: str, choice: Choice) -> Individual:
             remedy="omit both options",
         )
     return challenge.individual
-
-
-def _text(path: Path) -> str:
-    try:
-        return read_regular(path, 2 * LONGEST, follow=True).decode("utf-8-sig", "replace")
-    except OSError as error:
-        raise GaitsimError(f"cannot read {path}: {error.strerror}") from None
 
 
 def challenge_as_start(challenge: Challenge) -> Champion:

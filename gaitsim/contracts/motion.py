@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts.conditions import Terrain
 from gaitsim.contracts.rig import SkeletonError, Solid
+from gaitsim.errors import nearest
+from gaitsim.repr_mixin import TableMixin
 
 Array = NDArray[Any]
 
@@ -91,7 +94,7 @@ def _joined(names: str | tuple[str, ...]) -> str:
     return names if isinstance(names, str) else f"[{', '.join(names)}]"
 
 
-class Motion(Mapping[str, Array]):
+class Motion(TableMixin, Mapping[str, Array]):
     """The movement of a whole population, as named channels.
 
     A channel is an array whose first axis is the population; `Organism.channels` declares its
@@ -105,7 +108,15 @@ class Motion(Mapping[str, Array]):
             its function returns.
         failures: reason why a motion failed, such as an unstable simulation, by index of the
             individual. The score of a failed individual is −inf.
+
+    Attributes:
+        declared: declarations of the channels by name, with units and axes; {} if unknown.
+
+    Raises:
+        KeyError: a channel does not exist; the message names the existing ones.
     """
+
+    declared: Mapping[str, Channel] = MappingProxyType({})
 
     def __init__(
         self,
@@ -124,7 +135,14 @@ class Motion(Mapping[str, Array]):
     def __getitem__(self, name: str) -> Array:
         if name not in self._channels and name in self._derived:
             self._channels.update(self._derived[name]())
+        if name not in self._channels:
+            close = nearest(str(name), [*self], 0.5)
+            known = f"channels: {', '.join(map(str, self))}"
+            raise KeyError(f"no channel {name!r}; {f'{close} ' if close else ''}{known}")
         return self._channels[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in self._channels or name in self._derived
 
     def __iter__(self) -> Iterator[str]:
         return iter(dict.fromkeys([*self._channels, *self._derived]))
@@ -136,6 +154,25 @@ class Motion(Mapping[str, Array]):
     def population(self) -> int:
         """The number of individuals."""
         return len(next(iter(self._channels.values())))
+
+    def _repr_title(self) -> str:
+        return f"Motion of {self.population} at {self.frame_rate:g} Hz"
+
+    def _repr_rows(self) -> list[dict[str, object]]:
+        # Channels that were not read yet are not computed for their shapes.
+        return [
+            {
+                "channel": name,
+                "shape": str(self._channels[name].shape)
+                if name in self._channels
+                else self.declared[name].shape
+                if name in self.declared
+                else "",
+                "unit": self.declared[name].units if name in self.declared else "",
+                "meaning": self.declared[name].help if name in self.declared else "",
+            }
+            for name in self
+        ]
 
 
 @dataclass(frozen=True, eq=False)

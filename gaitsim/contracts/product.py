@@ -166,10 +166,12 @@ class Exporter(Product):
 
     Attributes:
         suffix: suffix of a default file name, with its dot; '' for a folder.
+        other_suffixes: suffixes of other files that the format can write.
         stem: first word of a default file name.
     """
 
     suffix: ClassVar[str]
+    other_suffixes: ClassVar[tuple[str, ...]] = ()
     stem: ClassVar[str] = "gait"
 
     @property

@@ -13,14 +13,15 @@ from gaitsim.evaluation.worlds import World, draw_worlds, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 from gaitsim.registry.entry_points import SCORE
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 Scores = NDArray[np.float64]
 LARGEST_SCORE = 1e100
 """Largest magnitude of a score; an individual beyond it has failed."""
 
 
-@dataclass(frozen=True, eq=False)
-class Evaluation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Evaluation(ReprMixin):
     """The scores of a population.
 
     Attributes:
@@ -39,6 +40,14 @@ class Evaluation:
     def terms_of(self, individual: int) -> dict[str, float]:
         """Return the terms of one individual's score by name."""
         return {name: float(values[individual]) for name, values in self.terms.items()}
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "population": len(self.scores),
+            "best": float(self.scores.max(initial=-np.inf)),
+            "failed": len(self.reasons) or "",
+            "terms": ", ".join(self.terms),
+        }
 
 
 Evaluate = Callable[[Genomes, int], Evaluation]
@@ -138,6 +147,7 @@ def evaluate_motion(experiment: Experiment, motion: object, population: int) -> 
     body, fitness = experiment.entries["organism"], experiment.entries["fitness"]
     moved = check_motion(body, motion)
     _check_channels(experiment, moved, population)
+    moved.declared = experiment.organism.channels
     with plugin_errors(fitness, "evaluating a population"):
         returned = experiment.fitness.terms(moved)
     if not isinstance(returned, dict) or not returned:

@@ -37,6 +37,7 @@ from gaitsim.gait.travel import (
 from gaitsim.individual import Individual, Measurement
 from gaitsim.legged.stepping import STRIDE_FREQUENCY
 from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.repr_mixin import TableMixin
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,8 +68,8 @@ class Footfalls:
     lying: float
 
 
-@dataclass(frozen=True, eq=False)
-class GaitAnalysis:
+@dataclass(frozen=True, eq=False, repr=False)
+class GaitAnalysis(TableMixin):
     """The analysis of a gait.
 
     Attributes:
@@ -92,6 +93,15 @@ class GaitAnalysis:
     missing: tuple[str, ...]
     effort: Effort | None = None
     warnings: tuple[str, ...] = ()
+
+    def _repr_title(self) -> str:
+        return f"Gait: {self.name.name}, {self.name.reason}"
+
+    def _repr_rows(self) -> list[dict[str, object]]:
+        return [
+            {"quantity": name, "value": one.value, "unit": one.unit, "meaning": one.help}
+            for name, one in quantities(self).items()
+        ]
 
 
 def analyse_gait(

@@ -19,6 +19,7 @@ from gaitsim.registry.entry_points import (
     plugin_errors,
 )
 from gaitsim.registry.kernel_cache import allow_missing_cache
+from gaitsim.toml import parse
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Plugin, Product, Reflex
@@ -98,6 +99,14 @@ def read_preset(name: str, kind: str = EXPERIMENTS) -> str:
     if text is None:
         raise contract_error(entry, f"has no file {name}.toml")
     return text
+
+
+def describe_preset(name: str) -> str:
+    """Return the description of a preset, or why it cannot be read."""
+    try:  # not by an outline: that would import NumPy, and slow down lists
+        return str(parse(read_preset(name), f"preset {name}").get("description", ""))
+    except GaitsimError as error:
+        return f"broken: {error.what}"
 
 
 def _read(entry: Entry, file: str) -> str | None:

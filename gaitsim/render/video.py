@@ -7,9 +7,9 @@ from functools import partial
 import numpy as np
 
 from gaitsim.errors import GaitsimError
+from gaitsim.gait.channels import count_trials
 from gaitsim.individual import Choice, Individual
 from gaitsim.render.film import Film, RenderSettings
-from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.fitness import fitness_figure
 from gaitsim.render.plots.labels import format_score
 from gaitsim.render.scene.clip import clip_of

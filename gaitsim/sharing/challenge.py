@@ -2,10 +2,13 @@
 
 import json
 import math
+import os
 import struct
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
@@ -19,10 +22,12 @@ from gaitsim.experiment import PORTABLE, Experiment, Overrides, parse_experiment
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.experiment.overrides import COMMAND_LINE
 from gaitsim.individual import Individual, Member
-from gaitsim.sharing.code import WHERE, decode, encode, invalid
+from gaitsim.opening import read_regular
+from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.sharing.code import LONGEST, WHERE, contains_code, decode, encode, invalid
 from gaitsim.storage.compatibility import expected_genomes, genome_mismatch, missing_packages
 from gaitsim.storage.files.checkpoint import Champion
-from gaitsim.storage.files.folder import holds_run
+from gaitsim.storage.files.folder import RUNS, holds_run
 from gaitsim.storage.files.schema import Name
 from gaitsim.storage.provenance import (
     MACHINE,
@@ -53,16 +58,17 @@ _Version = Annotated[StrictStr, Field(max_length=5000), AfterValidator(_printabl
 _VERSIONS = TypeAdapter(dict[Name, _Version])
 
 
-@dataclass(frozen=True, eq=False)
-class Challenge:
+@dataclass(frozen=True, eq=False, repr=False)
+class Challenge(ReprMixin):
     """An individual with the score that its author claims.
 
     Attributes:
         text: resolved experiment as TOML, without comments.
         genome: genome of the individual, (genes,), float64 or uint8.
-        generation: generation whose worlds the individual was scored in, counted from 1.
+        generation: generation whose worlds the individual was scored in, counted from 1. That the
+            individual comes from it is the author's statement, which nothing can check.
         member: number of the individual in a front or archive; None for the best of the
-            generation.
+            generation. It is the author's statement, too.
         score: claimed score, finite.
         versions: packages and plugins that computed the score, with their versions, and the
             processor; {} if unknown.
@@ -183,6 +189,14 @@ class Challenge:
         text = self.experiment.to_toml()
         return Champion(text, kept, self.generation, self.genome, self.score, terms={})
 
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "score": self.score,
+            "generation": self.generation,
+            "member": self.member or "",
+            "genes": len(self.genome),
+        }
+
 
 def code_of(individual: Individual) -> str:
     """Return the challenge code of an individual of a run or a search.
@@ -253,8 +267,10 @@ def _unpacked(content: bytes) -> Challenge:
     size = -(-genes // 8) if kind == _BITS else genes * _ITEMS.get(kind, 0)
     if not size or len(content) != _HEAD.size + sum(lengths) + size:
         raise invalid("the lengths of its parts do not add up")
-    if not 1 <= generation <= MOST_GENERATIONS or not math.isfinite(score):
-        raise invalid(f"it claims the score {score} in generation {generation}")
+    if not math.isfinite(score):
+        raise invalid(f"its score is {score}, not a finite number")
+    if not 1 <= generation <= MOST_GENERATIONS:
+        raise invalid(f"its generation is {generation:,}, not from 1 to {MOST_GENERATIONS:,}")
     if lengths[0] > LARGEST or lengths[1] > _LARGEST_VERSIONS:
         raise invalid("its experiment or its versions are too long")
     middle, end = _HEAD.size + lengths[0], _HEAD.size + sum(lengths)
@@ -279,8 +295,8 @@ def _genome(kind: bytes, genes: int, data: NDArray[np.uint8]) -> NDArray[Any]:
     return genome.astype(np.float64)
 
 
-@dataclass(frozen=True, eq=False)
-class Checked:
+@dataclass(frozen=True, eq=False, repr=False)
+class Checked(ReprMixin):
     """The result of verifying a challenge code.
 
     Attributes:
@@ -302,6 +318,16 @@ class Checked:
     def identical(self) -> bool:
         """Whether the score equals the claimed score, to the last bit."""
         return struct.pack("d", self.score) == struct.pack("d", self.challenge.score)
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "identical": self.identical,
+            "claimed": self.challenge.score,
+            "score": self.score,
+            "terms": self.terms,
+            "failure": self.failure,
+            "version_differences": "; ".join(self.version_differences),
+        }
 
 
 def verify_challenge(challenge: Challenge) -> Checked:
@@ -325,12 +351,25 @@ def verify_challenge(challenge: Challenge) -> Checked:
     )
 
 
-def verify_code(code: str) -> Checked:
-    """Replay the individual of a challenge code and compare its score with the claimed one.
+def find_challenge(reference: str) -> Challenge | None:
+    """Return the challenge in a text that contains a code, or in a file that contains one.
+
+    Returns None for other texts and files, and for the name or folder of a run.
 
     Raises:
-        ExperimentError: the experiment has problems, such as a plugin that is not installed.
-        GaitsimError: the text is not a code, has a different format, or is damaged or invalid.
-        PluginError: a plugin fails.
+        GaitsimError: the code has a different format, or is damaged or invalid, or the file cannot
+            be read.
     """
-    return verify_challenge(Challenge.read(code))
+    # Unlike pathlib, os.path accepts names that are invalid for files.
+    if os.path.isfile(reference):  # noqa: PTH113
+        try:
+            data = read_regular(Path(reference), 2 * LONGEST, follow=True)
+        except OSError as error:
+            raise GaitsimError(f"cannot read {reference}: {error.strerror}") from None
+        encoding = "utf-16" if data.startswith((BOM_UTF16_BE, BOM_UTF16_LE)) else "utf-8"
+        text = data.decode(encoding, "replace")
+    elif any(holds_run(path) for path in (Path(reference), RUNS / reference)):
+        return None
+    else:
+        text = reference
+    return Challenge.read(text) if contains_code(text) else None

@@ -2,18 +2,21 @@
 
     gaitsim1-<base64url of: length, deflated content, checksum>
 
-The number after 'gaitsim' is the version of the format. The length counts all bytes and reveals a
-truncated code. The checksum is the beginning of the SHA-256 hash of all bytes before it. Decoding
-ignores white space in a code and quotation marks around it, and reads the '—' of chats as '--'.
+The number after 'gaitsim' is the version of the format. The length counts all bytes, so that it
+reveals a truncated code, and where a code ends in a text. The checksum is the beginning of the
+SHA-256 hash of all bytes before it. Decoding finds the first code in a text, ignores white space,
+invisible characters and the marks of quoted lines in it, and reads the '—' of chats as '--'.
 """
 
 import base64
 import hashlib
 import re
+import unicodedata
 import zlib
+from bisect import bisect_left
 from functools import cache
 from importlib.resources import files
-from string import ascii_letters, digits
+from itertools import accumulate
 
 from gaitsim.errors import GaitsimError
 
@@ -22,18 +25,26 @@ PREFIX = f"gaitsim{FORMAT}-"
 LONGEST = 8_000_000  # characters in a code
 LARGEST = 16_000_000  # bytes of content: an experiment of up to 2 MB, and a genome
 _LENGTH, _CHECKSUM = 4, 6  # bytes
-_HEAD = re.compile(r"gaitsim([0-9]{1,4})-", re.IGNORECASE)
-_CHARACTERS = frozenset(ascii_letters + digits + "-_")
-_AROUND = "`'\"<>"  # marks that chat and mail programs put around a text
+_HEAD = re.compile(r"(?<![A-Za-z0-9_-])gaitsim([0-9]{1,4})-", re.IGNORECASE)
+_CHARACTERS = re.compile(r"[A-Za-z0-9_-]*")
+_QUOTED = re.compile(r"^[\s>|]+", re.MULTILINE)  # marks that mail programs put before lines
+_FEWEST = 8  # characters that hold the length
 _RAW = -zlib.MAX_WBITS  # without zlib's header and checksum
 
 WHERE = "the challenge code"
 COPY = "copy the whole code again, from 'gaitsim' to its last character"
 
 
-def looks_like_code(text: str) -> bool:
-    """Return whether a text begins like a challenge code of any format."""
-    return _HEAD.match(text.lstrip().lstrip(_AROUND)) is not None
+def contains_code(text: str) -> bool:
+    """Return whether a text contains a challenge code of any format."""
+    return _HEAD.search(_visible(text)) is not None
+
+
+def _visible(text: str) -> str:
+    """Return a text without byte order marks, zero-width spaces, soft hyphens and the like."""
+    if text.isascii():
+        return text
+    return "".join(one for one in text if unicodedata.category(one) != "Cf")
 
 
 def encode(content: bytes) -> str:
@@ -52,15 +63,15 @@ def encode(content: bytes) -> str:
 
 
 def decode(text: str) -> bytes:
-    """Return the content of a code."""
+    """Return the content of the first code in a text."""
     if len(text) > 2 * LONGEST:
         raise _damaged(f"it has {len(text):,} characters, more than the maximum of {LONGEST:,}")
-    code = "".join(text.split()).strip(_AROUND).replace("—", "--")
-    head = _HEAD.match(code)
+    text = _visible(text)
+    head = _HEAD.search(text)
     if head is None:
         raise GaitsimError(
             "the text is not a challenge code",
-            allowed=f"a string that begins with {PREFIX}, as printed by 'gaitsim share RUN'",
+            allowed=f"a text with a code, which begins with {PREFIX}, as 'gaitsim share' prints it",
             remedy=COPY,
         )
     if int(head[1]) != FORMAT:
@@ -69,20 +80,46 @@ def decode(text: str) -> bytes:
             allowed=f"format {FORMAT}: {PREFIX}…",
             remedy="if a newer gaitsim created the code, upgrade: pip install --upgrade gaitsim",
         )
-    return _inflated(_bytes(code[head.end() :], head.end()))
+    return _inflated(_bytes(_body(text[head.end() :], len(head[0]))))
 
 
-def _bytes(body: str, before: int) -> bytes:
-    """Return the bytes between the length and the checksum of a code's body."""
-    for at, character in enumerate(body, before + 1):
-        if character not in _CHARACTERS:
-            raise _damaged(f"character {at} is {character!r}, which is invalid in a code")
-    head = base64.urlsafe_b64decode(body[:8].ljust(8, "A"))
+def _body(text: str, before: int) -> str:
+    """Return the characters of a code after its prefix of `before` characters.
+
+    Args:
+        text: all text after the prefix; a code may be split into lines, and more text may follow.
+        before: number of characters of the prefix, for messages.
+    """
+    words = _QUOTED.sub("", text).replace("—", "--").split()
+    joined = "".join(words)
+    found = _CHARACTERS.match(joined)
+    body = found[0] if found else ""
+    if not joined:
+        raise _damaged(f"nothing follows {PREFIX}")
+    if len(body) < min(_FEWEST, len(joined)):
+        raise _wrong_character(joined, len(body), before)
+    head = base64.urlsafe_b64decode(body[:_FEWEST].ljust(_FEWEST, "A"))
     expected = _characters(int.from_bytes(head[:_LENGTH], "big"))
+    if len(body) < _FEWEST or expected > LONGEST or expected < _FEWEST:
+        raise _damaged("its first characters are missing or were changed")
+    ends = [*accumulate(map(len, words))]  # more words may follow the code
+    if len(body) > expected and expected == ends[bisect_left(ends, expected)]:
+        return body[:expected]
+    if len(body) < expected <= len(joined):
+        raise _wrong_character(joined, len(body), before)
     if len(body) != expected:
         raise _damaged(
             f"it should have {before + expected:,} characters but has {before + len(body):,}"
         )
+    return body
+
+
+def _wrong_character(joined: str, at: int, before: int) -> GaitsimError:
+    return _damaged(f"character {before + at + 1} is {joined[at]!r}, which is invalid in a code")
+
+
+def _bytes(body: str) -> bytes:
+    """Return the bytes between the length and the checksum of a code's body."""
     data = base64.urlsafe_b64decode(body + "=" * (-len(body) % 4))
     # The last character may hold bits beyond the last byte; encoding again reveals a change there.
     whole = len(data) > _LENGTH + _CHECKSUM and _text(data) == body

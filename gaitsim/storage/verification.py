@@ -12,6 +12,7 @@ from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, evolve, island_map, reevaluate
 from gaitsim.experiment import Experiment
+from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.storage.consistency import (
     count_without_checksum,
     edited_options,
@@ -190,8 +191,8 @@ def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> tupl
     return found, _score_distance(run, number, now["score"])
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, repr=False)
+class Verdict(ReprMixin):
     """The result of verifying a run.
 
     Attributes:
@@ -236,6 +237,16 @@ class Verdict:
         done = sorted({*self.reproduced, *self.best_only})
         gaps = zip([0, *done], [*done, self.last + 1], strict=True)
         return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "identical": self.identical,
+            "generations": self.last,
+            "reproduced": len(self.reproduced),
+            "best_only": len(self.best_only),
+            "different": len(self.differences) or "",
+            "damaged": "; ".join(self.damaged),
+        }
 
 
 def sample(last: int, count: int = SAMPLES) -> list[int]:

@@ -41,11 +41,11 @@ class WriteGallery(Action):
 
     def do(self) -> None:
         """Write the website."""
-        from gaitsim.actions.runs import check_root
         from gaitsim.console import INTERRUPTED
         from gaitsim.console.interrupts import interruptible
         from gaitsim.console.printing import echo, notice, report_files
         from gaitsim.console.progress_bar import Progress
+        from gaitsim.storage.files.folder import check_root
         from gaitsim_page.gallery import write_gallery
 
         check_root(self.root)

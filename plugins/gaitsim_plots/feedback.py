@@ -6,9 +6,9 @@ import numpy as np
 
 from gaitsim.contracts import COMMAND
 from gaitsim.errors import NothingToPlotError
+from gaitsim.gait.channels import read_values
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import read_values
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of

@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.errors import GaitsimError, NothingToPlotError
+from gaitsim.gait.channels import read_values
 from gaitsim.gait.feet import Floats
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim.render.colours import MIDDLE, sides
-from gaitsim.render.plots.channels import Signal, read_signal, read_values
+from gaitsim.render.plots.channels import Signal, read_signal
 from gaitsim.render.plots.components import finite_or_nan, shown_unit
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten

@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
 from gaitsim.errors import NothingToPlotError
+from gaitsim.gait.channels import count_trials
 from gaitsim.gait.feet import Floats
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import count_trials
 from gaitsim.render.plots.components import shown_unit
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of

@@ -3,8 +3,8 @@
 import pytest
 
 from gaitsim.actions.action import SeveralIndividuals
-from gaitsim.actions.export import endings
 from gaitsim.contracts.product import RESERVED
+from gaitsim.inspecting import formats
 from gaitsim.tui.products import all_forms, forms
 
 
@@ -81,7 +81,7 @@ def test_a_wrong_extension_is_rejected(gaitsim, finished, tmp_path, name):
     assert said.splitlines() == [
         f"Error: unknown extension for gaits: {name}",
         "  where:   --out",
-        f"  allowed: {', '.join(f'.{one}' for one in endings())}",
+        f"  allowed: {', '.join(formats())}",
         "  try:     change the extension, or add --format",
     ]
     assert sorted(tmp_path.iterdir()) == before

@@ -63,7 +63,7 @@ def test_runs_have_cards_and_pages_in_order_of_score(runs, tmp_path):
     scores = [one["score"] for one in record["runs"]]
     assert scores == sorted(scores, reverse=True)
     for one in record["runs"]:
-        assert gs.verify_code(one["code"]).identical
+        assert gs.verify(one["code"]).identical
         assert one["code"] in page.texts
     first, second = (page.texts.index(one["run"]) for one in record["runs"])
     assert first < second
@@ -120,7 +120,7 @@ def test_a_run_without_a_skeleton_has_a_card_without_picture(runs, tmp_path, pup
     links = {str(value) for name, value in page.attributes if name == "href"}
     assert links == {f"pages/{name}" for name in codes}
     code = (tmp_path / "site/pages/run-b.code.txt").read_text()
-    assert gs.verify_code(code).identical
+    assert gs.verify(code).identical
 
 
 def test_only_a_gallery_is_replaced_and_its_old_pages_are_deleted(runs, tmp_path):

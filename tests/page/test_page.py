@@ -40,7 +40,7 @@ def test_pages_are_reproducible_and_small(spider, spider_run):
     assert one == page([RunSnapshot(spider_run.path).individual()], spider_run)
     assert len(json.dumps(data_of(one))) <= 150_000
     assert len(one) <= 1_000_000
-    assert gs.verify_code(data_of(one)["code"]).identical
+    assert gs.verify(data_of(one)["code"]).identical
     assert [clip["tag"] for clip in data_of(page(several))["clips"]] == [
         "generation 1",
         "generation 3",

@@ -96,10 +96,46 @@ def test_white_space_and_long_dashes_do_not_matter(millipede):
     code = millipede.code
     broken = " \n".join(code[at : at + 10] for at in range(0, len(code), 10)) + "\r\n"
     assert Challenge.read(f"\n {broken}").score == millipede.score
-    assert codes.looks_like_code(f"`{code}`")
+    assert codes.contains_code(f"`{code}`")
     assert Challenge.read(f"`{code}`\n").score == Challenge.read(f'"{code}"').score
     content = next(c for n in range(10_000) if "--" in codes.encode(c := str(n).encode()))
     assert codes.decode(codes.encode(content).replace("--", "—")) == content
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "\ufeff{}",
+        "\u200b{}\u200b",
+        "“{}”",
+        "‘{}’",
+        "«{}»",
+        "{}.",
+        "({}), my best so far",
+        "Look at this: {} walks 3 m",
+        "Look at this:\n{}\nSee you, Ada",
+        "**{}**",
+        "https://example.org/play?code={}&speed=2",
+        "https://example.org/#{}",
+        "[play](https://example.org/?code={})",
+    ],
+)
+def test_a_code_is_found_in_a_text(millipede, text):
+    whole = text.format(millipede.code)
+    assert codes.contains_code(whole)
+    assert Challenge.read(whole).code == millipede.code
+
+
+@pytest.mark.parametrize("mark", ["> ", ">> ", "  ", "| ", "\u200b", "> \u2060"])
+def test_a_code_is_found_in_quoted_lines(millipede, mark):
+    code = millipede.code
+    lines = ["Ada wrote:", *(code[at : at + 40] for at in range(0, len(code), 40)), "See you"]
+    assert Challenge.read("\r\n".join(f"{mark}{line}" for line in lines)).code == code
+
+
+def test_a_name_that_contains_the_prefix_is_not_a_code():
+    assert not codes.contains_code("runs/my-gaitsim1-run")
+    assert not codes.contains_code("gaitsim 1-2")
 
 
 def test_every_changed_missing_or_extra_character_is_damage(millipede):
@@ -124,9 +160,13 @@ def test_every_changed_missing_or_extra_character_is_damage(millipede):
     [
         ("", "not a challenge code"),
         ("spider", "not a challenge code"),
-        ("gaitsim1-", "is damaged"),
-        ("gaitsim1-A", "is damaged"),
-        ("gaitsim1-AAAAAAAA", "is damaged"),
+        ("gaitsim1-", "is damaged: nothing follows gaitsim1-"),
+        ("gaitsim1-A", "is damaged: its first characters are missing or were changed"),
+        ("gaitsim1-AAAAAAAA", "is damaged: its first characters are missing or were changed"),
+        ("gaitsim1-zzzzAAAA", "is damaged: its first characters are missing or were changed"),
+        (SPIDER[:-5], "it should have 343 characters but has 338"),
+        (f"see {SPIDER[:-5]}.", "it should have 343 characters but has 338"),
+        (SPIDER + "A", "it should have 343 characters but has 344"),
         ("gaitsim2-AAAAAAAA", "has format 2"),
         ("gaitsim1-AAA…AAAA", "character 13 is '…'"),
     ],
@@ -178,10 +218,10 @@ def test_changed_contents_are_refused_or_read(millipede):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"score": float("nan")}, "claims the score nan"),
-        ({"score": float("inf")}, "claims the score inf"),
-        ({"generation": 0}, "in generation 0"),
-        ({"generation": 4_000_000_000}, "in generation 4000000000"),
+        ({"score": float("nan")}, "score is nan, not a finite number"),
+        ({"score": float("inf")}, "score is inf, not a finite number"),
+        ({"generation": 0}, "generation is 0, not from 1 to 100,000,000"),
+        ({"generation": 4_000_000_000}, "generation is 4,000,000,000, not from 1 to"),
         ({"genome": np.array([np.nan])}, "not finite"),
         ({"versions": {"numpy": "\x1b[2J"}}, "not texts"),
         ({"versions": {"": "1"}}, "not texts"),

@@ -18,7 +18,7 @@ CODES = Path(__file__).with_name("codes")
 
 @pytest.mark.parametrize("name", sorted(path.stem for path in CODES.iterdir()))
 def test_codes_of_portable_bodies_hold_on_every_processor(name):
-    checked = gs.verify_code((CODES / f"{name}.txt").read_text())
+    checked = gs.verify((CODES / f"{name}.txt").read_text())
     assert checked.score == checked.challenge.score
     assert checked.challenge.experiment.portability.startswith("portable")
     # Versions may differ, but another processor does not count.
@@ -39,13 +39,15 @@ def forged(code, **changes):
 def test_a_shared_score_is_true_to_the_bit(gaitsim, code, tmp_path):
     champion = gs.load("puppet").champion
     assert gs.load("puppet").share() == code
-    checked = gs.verify_code(code)
+    checked = gs.verify(code)
     assert checked.identical
     assert (checked.score, checked.version_differences) == (champion.score, ())
     assert checked.terms == champion.terms
     played = gs.Challenge.read(code).individual
     assert np.array_equal(played.motion["reach"], champion.motion["reach"])
-    assert "reproduced, the score is" in gaitsim("verify", code).stdout
+    shown = gaitsim("verify", f"“{code}”.").stdout
+    assert "puppet: reproduced, the score is" in shown
+    assert "not checked: that it is the best of generation 5, as the code's author st" in shown
     (tmp_path / "code.txt").write_text(f"\n{code[:20]}\n{code[20:]}\n")
     found = json.loads(gaitsim("verify", "code.txt", "--json").stdout)
     assert (found["identical"], found["claimed"]) == (True, champion.score)
@@ -80,6 +82,9 @@ def test_other_versions_are_named(gaitsim, code):
 
 def test_damaged_codes_and_options_of_runs_end_with_2(gaitsim, code, tmp_path):
     assert "is damaged" in gaitsim("verify", code[:-1], code=2).stderr
+    (tmp_path / "code.txt").write_text(code[:-1])
+    found = json.loads(gaitsim("verify", "code.txt", "--json", code=2).stdout)
+    assert (found["identical"], "is damaged" in found["error"]["what"]) == (None, True)
     assert "no generations" in gaitsim("verify", code, "--all", code=2).stderr
     (tmp_path / "note.txt").write_text("hello")
     assert "note.txt" in gaitsim("verify", "note.txt", code=2).stderr
@@ -97,7 +102,7 @@ def test_a_plugin_that_is_not_installed_is_named(code):
 
 def test_a_genome_of_another_body_is_refused(code):
     with pytest.raises(GaitsimError, match="the genome has"):
-        gs.verify_code(forged(code, genome=np.zeros(5, np.uint8)))
+        gs.verify(forged(code, genome=np.zeros(5, np.uint8)))
 
 
 def test_a_run_starts_from_a_code(gaitsim, code, tmp_path):
@@ -141,4 +146,4 @@ def test_scores_over_worlds_and_of_members_are_true():
             genome=generation.genomes[best],
             generation=generation.number,
         )
-        assert gs.verify_code(code_of(made)).identical
+        assert gs.verify(code_of(made)).identical

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from itertools import chain, count, takewhile
 from pathlib import Path
 
-from gaitsim.errors import RunError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.opening import is_folder
 from gaitsim.storage.files.atomic import draft_folder, sweep, sync_folder, write_bytes, writing
 
@@ -239,3 +239,20 @@ def _rename_to_free_name(draft: Path, wanted: Path) -> Path:
         except OSError:
             if not os.path.lexists(path):  # otherwise another run has just taken the name
                 raise
+
+
+def check_root(root: Path) -> None:
+    """Check that a folder can hold runs; only `runs` may be missing, before the first run."""
+    if holds_run(root):
+        raise GaitsimError(
+            f"{root} is a run",
+            allowed="a folder that holds runs",
+            remedy=command("show", root),
+        )
+    # Unlike pathlib, os.path accepts names that are invalid for files.
+    if root != RUNS and not os.path.exists(root):  # noqa: PTH110
+        raise GaitsimError(
+            f"folder not found: {root}",
+            allowed="a folder that holds runs",
+            remedy="'gaitsim runs' lists the runs in runs/",
+        )

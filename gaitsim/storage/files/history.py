@@ -37,6 +37,8 @@ COLUMNS = (
     "diversity",
     "seconds",
 )
+WHOLE = ("generation", "stage", "evaluations")
+"""Columns with whole numbers."""
 MEAN = "mean:"
 FIGURE = "search:"
 """Prefix of the names of the search's figures."""
@@ -207,7 +209,7 @@ def parse_history(path: Path, head: bytes, rows: bytes, first: int = 1) -> Colum
     Terms may have any value, because terms of failed individuals need not be finite.
     """
     columns = parse_rows(path, head, rows, first, header_problem)
-    for name in ("stage", "evaluations"):
+    for name in WHOLE[1:]:
         values = columns[name]
         whole = (values >= 1) & (values < 2**53) & (np.floor(values) == values)
         check_values(path, columns, name, whole, "a whole number from 1")
@@ -232,6 +234,14 @@ def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> d
     """Return the terms of a generation's best score; terms of other stages, NaN, are omitted."""
     found = {name: float(columns[name][generation - 1]) for name in terms_of(columns)}
     return {name: value for name, value in found.items() if not math.isnan(value)}
+
+
+def with_integers(columns: Mapping[str, NDArray[np.float64]]) -> dict[str, NDArray[Any]]:
+    """Return columns of a history with whole numbers as int64."""
+    return {
+        name: values.astype(np.int64) if name in WHOLE else values
+        for name, values in columns.items()
+    }
 
 
 def record_type(space: GenomeSpace) -> np.dtype[Any]:

@@ -177,7 +177,7 @@ class ShowCode(ModalScreen[None]):
 
 
 class AskCode(ModalScreen[str | None]):
-    """Ask for a challenge code, which may have line breaks; return it on one line, or None."""
+    """Ask for a text with a challenge code; return the code on one line, or None."""
 
     BINDINGS = bindings("code ask")
     DEFAULT_CSS = """
@@ -205,12 +205,11 @@ class AskCode(ModalScreen[str | None]):
 
     def action_submit(self) -> None:
         """Return the code, or show why it is invalid."""
-        text = "".join(self.query_one(TextArea).text.split())
         try:
-            Challenge.read(text)
-            if len(text) > LONGEST:
+            code = Challenge.read(self.query_one(TextArea).text).code
+            if len(code) > LONGEST:
                 raise GaitsimError(
-                    f"the code has {len(text):,} characters",
+                    f"the code has {len(code):,} characters",
                     allowed=f"at most {LONGEST:,} in this dialog",
                     remedy="save it to a file and run: gaitsim verify FILE",
                 )
@@ -218,7 +217,7 @@ class AskCode(ModalScreen[str | None]):
             problem = Text(visible_lines(str(error)))
             self.query_one("#code-problem", Static).update(problem)
         else:
-            self.dismiss(text)
+            self.dismiss(code)
 
 
 async def show_code(screen: GaitScreen, individual: Individual) -> None:
