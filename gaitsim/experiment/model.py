@@ -229,6 +229,13 @@ class Evolution(BaseModel):
         "reaches the best score",
         gt=0,
     )
+    keep_every: int | None = option(
+        None,
+        "keep the whole population of every so many generations, to export its motions; none: "
+        "keep only the last population",
+        unit="generations",
+        ge=1,
+    )
 
 
 class Islands(BaseModel):

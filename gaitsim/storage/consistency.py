@@ -10,7 +10,7 @@ from gaitsim.evolution import Generation, SearchProgress, advance
 from gaitsim.evolution.searching import figures
 from gaitsim.experiment import read_outline
 from gaitsim.storage.compatibility import out_of_bounds
-from gaitsim.storage.files.checkpoint import Checkpoint, read_champion
+from gaitsim.storage.files.checkpoint import Checkpoint, read_champion, read_checkpoint
 from gaitsim.storage.files.folder import (
     BESTS,
     CHECKPOINT,
@@ -19,6 +19,8 @@ from gaitsim.storage.files.folder import (
     ISLANDS,
     PREVIOUS,
     champion_file,
+    kept_populations,
+    population_file,
     saved_champions,
 )
 from gaitsim.storage.files.history import best_terms, island_bests, islands_record, row
@@ -107,6 +109,7 @@ def inconsistencies(run: RunSnapshot) -> dict[int, list[str]]:
         *_check_checkpoint(run, run.previous, PREVIOUS),
         *_check_progress(run),
         *_check_champions(run),
+        *_check_populations(run),
     ):
         found.setdefault(generation, []).append(what)
     return dict(sorted(found.items()))
@@ -213,6 +216,23 @@ def _check_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
             yield generation, f"the scores in {name} and {BESTS} differ"
         if champion.terms != best_terms(run.history, generation):
             yield generation, f"the terms in {name} and {HISTORY} differ"
+
+
+def _check_populations(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+    """Compare the kept populations with the checksums and the history."""
+    for generation in kept_populations(run.path):
+        if generation > run.generation:
+            continue
+        name = population_file(generation)
+        try:
+            kept = read_checkpoint(run.path / name)
+        except CheckpointError as error:
+            yield generation, error.what
+            continue
+        if kept.generation == generation:
+            yield from _check_checkpoint(run, kept, name)
+        else:
+            yield generation, f"{name} contains the population of generation {kept.generation}"
 
 
 def row_differences(run: RunSnapshot, generation: Generation, place: str) -> list[str]:

@@ -11,7 +11,13 @@ from gaitsim.experiment import Experiment, Overrides
 from gaitsim.individual import Member, Which
 from gaitsim.opening import read_regular
 from gaitsim.storage.compatibility import check_size
-from gaitsim.storage.files.checkpoint import Champion, Start, pack, read_champion
+from gaitsim.storage.files.checkpoint import (
+    Champion,
+    Start,
+    pack,
+    read_champion,
+    read_checkpoint,
+)
 from gaitsim.storage.files.folder import (
     BESTS,
     CHAMPIONS,
@@ -21,12 +27,15 @@ from gaitsim.storage.files.folder import (
     EXPORTS,
     HISTORY,
     ISLANDS,
+    POPULATIONS,
     PROVENANCE,
     RUNS,
     START,
     champion_file,
     create_folder,
     find_run,
+    kept_populations,
+    population_file,
     saved_champions,
 )
 from gaitsim.storage.files.safe_pickle import MAX_BYTES
@@ -149,6 +158,11 @@ def fork_run(
             if number <= checkpoint.generation:
                 name = champion_file(number)
                 files[name] = pack(read_champion(path / name))
+        for number in kept_populations(path):
+            if number <= checkpoint.generation:
+                name = population_file(number)
+                files[name] = pack(read_checkpoint(path / name))
         if entries := read_provenance(path):
             files[PROVENANCE] = provenance_bytes(entries)
-    return create_folder(out or path, files, (CHAMPIONS, EXPORTS))
+    folders = (CHAMPIONS, *((POPULATIONS,) if kept_populations(path) else ()), EXPORTS)
+    return create_folder(out or path, files, folders)

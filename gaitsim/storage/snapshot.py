@@ -46,6 +46,8 @@ from gaitsim.storage.files.folder import (
     START,
     command,
     find_run,
+    kept_populations,
+    population_file,
     truncation_error,
     unfinished_error,
 )
@@ -152,20 +154,20 @@ class RunSnapshot:
             # Every stage is saved at its end, so that an earlier checkpoint comes from elsewhere.
             if not self.stages[-1].first - 1 <= found.generation < self.generation:
                 return None, ""
-            wrong = self._previous_mismatch(found)
+            wrong = self._mismatch(found, PREVIOUS)
         except GaitsimError as error:
             return None, error.what
         if wrong:
             return None, f"{PREVIOUS} does not belong to the run: {wrong}"
         return found, ""
 
-    def _previous_mismatch(self, previous: Checkpoint) -> str:
-        """Return why a previous checkpoint does not belong to this run; '' if it does."""
-        now, genomes = self.finished.genomes, previous.genomes
+    def _mismatch(self, earlier: Checkpoint, name: str) -> str:
+        """Return why an earlier checkpoint does not belong to this run; '' if it does."""
+        now, genomes = self.finished.genomes, earlier.genomes
         if (genomes.shape, genomes.dtype) != (now.shape, now.dtype):
             return f"its population has the shape {genomes.shape}, not {now.shape}"
-        stage = next(stage for stage in self.stages if previous.generation <= stage.last)
-        if changes(read_outline(previous.experiment, PREVIOUS), stage.outline):
+        stage = next(stage for stage in self.stages if earlier.generation <= stage.last)
+        if changes(read_outline(earlier.experiment, name), stage.outline):
             return "its experiment differs"
         return ""
 
@@ -431,6 +433,32 @@ class RunSnapshot:
             raise RunError(
                 f"the {experiment.search.keeps} of the run is damaged: {wrong}",
                 where=str(self.path / CHECKPOINT),
+                remedy="restore all files of the run from one copy",
+            )
+        return found
+
+    def population(self, generation: int | None = None) -> Checkpoint:
+        """Return the whole population of a generation, with its scores; None for the last one.
+
+        Besides the last populations, a run keeps those of every `evolution.keep_every` generations.
+        """
+        for known in (self.finished, self.previous):
+            if known is not None and generation in (None, known.generation):
+                return known
+        kept = [one for one in kept_populations(self.path) if one <= self.generation]
+        if generation not in kept:
+            raise RunError(
+                f"the run {self.path} did not keep the population of generation {generation}",
+                allowed=", ".join(map(str, [*kept, self.generation])),
+                remedy="evolve with --set evolution.keep_every=10 to keep every tenth population",
+            )
+        name = population_file(generation)
+        found = read_checkpoint(self.path / name)
+        wrong = found.generation != generation and f"it is of generation {found.generation}"
+        if wrong := wrong or self._mismatch(found, name):
+            raise RunError(
+                f"{name} does not belong to the run: {wrong}",
+                where=str(self.path),
                 remedy="restore all files of the run from one copy",
             )
         return found

@@ -36,11 +36,14 @@ from gaitsim.storage.files.folder import (
     CHECKPOINT,
     EXPERIMENT,
     EXPORTS,
+    POPULATIONS,
     PREVIOUS,
     champion_file,
     command,
     create_subfolder,
     deleted_or_moved,
+    kept_populations,
+    population_file,
     saved_champions,
 )
 from gaitsim.storage.files.records import RecordFiles
@@ -117,7 +120,7 @@ class RunWriter:
         """
         with ExitStack() as resources:
             resources.callback(RunLock(path).release)
-            own = filter(is_folder, (path / CHAMPIONS, path / EXPORTS))
+            own = filter(is_folder, (path / CHAMPIONS, path / POPULATIONS, path / EXPORTS))
             for folder in (path.absolute().parent, path, *own):
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
@@ -130,6 +133,9 @@ class RunWriter:
                 for number in saved_champions(path):
                     if number > done:
                         (path / champion_file(number)).unlink(missing_ok=True)
+                for number in kept_populations(path):
+                    if number > done:
+                        (path / population_file(number)).unlink(missing_ok=True)
             forget_failure(path)
             new_evaluator = partial(Evaluator, plan.experiment, workers, on_warning, cluster)
             return cls(run, plan, files, resources.pop_all(), new_evaluator)
@@ -211,7 +217,8 @@ class RunWriter:
     def record(self, generation: Generation) -> None:
         """Record a finished generation, and save it unless another one fits into the `PERIOD`.
 
-        A champion, the last generation and the first one of this writer are always saved at once.
+        A champion, a kept population, the last generation and the first one of this writer are
+        always saved at once.
         """
         if self.reevaluates:
             raise ValueError("call reevaluate() before recording the first generation of a stage")
@@ -227,7 +234,7 @@ class RunWriter:
         now = time.monotonic()
         seconds, self._recorded = now - self._recorded, now
         due = now + seconds > self._saved + PERIOD
-        if due or generation.is_champion or generation.stop:
+        if due or generation.is_champion or self._keeps(generation) or generation.stop:
             self.save()
 
     def save(self) -> None:
@@ -248,8 +255,15 @@ class RunWriter:
             if generation.is_champion:
                 self._write_champion(generation)
             checkpoint = self._checkpoint(generation)
+            if self._keeps(generation):
+                create_subfolder(self.path, POPULATIONS)
+                write_checkpoint(self.path / population_file(generation.number), checkpoint)
             write_checkpoint(self.path / CHECKPOINT, checkpoint, self.path / PREVIOUS)
         self._saved = time.monotonic()
+
+    def _keeps(self, generation: Generation) -> bool:
+        every = self.experiment.evolution.keep_every
+        return every is not None and generation.number % every == 0
 
     @contextmanager
     def _explained(self) -> Iterator[None]:

@@ -1,4 +1,4 @@
-"""The fitness `spider-classic`: the seven terms of the original MATLAB project, unchanged."""
+"""The fitness `spider-classic`: the seven terms that the original MATLAB project describes."""
 
 import math
 from typing import ClassVar
@@ -24,7 +24,16 @@ class SpiderClassic(Fitness):
         2.0, "reward for keeping all feet in the stance band all the time", ge=0
     )
     low_movement_penalty_scalar: float = option(
-        10.0, "penalty if all feet are frozen; proportionally smaller if only some are", ge=0
+        10.0,
+        "penalty if all legs are frozen; proportionally smaller if some of the legs that must "
+        "move are",
+        ge=0,
+    )
+    moving_legs: int = option(
+        8,
+        "minimum number of legs that must move: each leg below it costs its share of the penalty",
+        ge=1,
+        le=8,
     )
     penetration_scalar: float = option(
         50.0, "penalty per metre of mean depth of the feet below the floor", ge=0
@@ -65,6 +74,9 @@ class SpiderClassic(Fitness):
             np.float32(math.radians(self.crossing_angle)),
             sums,
         )
+        # The share of frozen legs becomes the share of missing legs among those that must move.
+        spare = 8 - self.moving_legs
+        sums[:, 2] = np.maximum(8 * sums[:, 2] - spare, 0.0) / self.moving_legs
         weights = {
             "movement": self.movement_scalar,
             "band": self.band_reward_scalar,

@@ -103,3 +103,15 @@ def test_classic_prefers_moving_to_standing_still() -> None:
     terms = SpiderClassic().terms(SPIDER.move(np.array([still, waving])))
     score = sum(terms.values())
     assert score[1] > score[0]
+
+
+def test_fewer_legs_than_the_minimum_must_move() -> None:
+    motion = moved(Spider(encoding="recurrence"))
+    path = np.abs(np.diff(motion["feet"][..., 0].astype(float), axis=1)).sum(axis=1)
+    threshold = float(np.median(path))
+    moving = (path >= threshold).sum(axis=1)
+    assert len(np.unique(moving)) > 1
+    for least in (1, 4, 8):
+        fitness = SpiderClassic(moving_legs=least, low_movement=threshold)
+        found = fitness.terms(motion)["low movement"]
+        np.testing.assert_allclose(found, -10 * np.maximum(least - moving, 0) / least)

@@ -22,7 +22,7 @@ CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
 ISLANDS = "islands.csv"
 CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
-CHAMPIONS, EXPORTS = "champions", "exports"
+CHAMPIONS, POPULATIONS, EXPORTS = "champions", "populations", "exports"
 ADAPTATIONS = "adaptations"
 NOTE = "note.txt"
 
@@ -156,11 +156,25 @@ def champion_file(generation: int) -> str:
     return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
 
 
+def population_file(generation: int) -> str:
+    """Return the path of a generation's kept population, relative to the run's folder."""
+    return f"{POPULATIONS}/generation-{generation:06d}.pickle"
+
+
 def saved_champions(run: Path) -> list[int]:
     """Return the generations whose champions are saved in a run's folder, in order."""
-    if not os.path.lexists(run / CHAMPIONS):
+    return _saved(run, CHAMPIONS)
+
+
+def kept_populations(run: Path) -> list[int]:
+    """Return the generations whose whole populations are kept in a run's folder, in order."""
+    return _saved(run, POPULATIONS)
+
+
+def _saved(run: Path, subfolder: str) -> list[int]:
+    if not os.path.lexists(run / subfolder):
         return []
-    folder = create_subfolder(run, CHAMPIONS)
+    folder = create_subfolder(run, subfolder)
     names = (path.stem for path in folder.glob("generation-*.pickle"))
     matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
     return sorted(int(match[1]) for match in matches if match)
