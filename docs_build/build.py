@@ -18,6 +18,7 @@ ROOT = Path(__file__).parents[1]
 STAGE = ROOT / "build" / "docs"
 OUTSIDE = {
     "../CHANGELOG.md": "changelog.md",
+    "../CONTRIBUTING.md": "contributing.md",
     "../benchmarks/README.md": "benchmarks.md",
     "../data/SOURCES.md": "sources.md",
     "../README.md": "index.md",
