@@ -43,6 +43,16 @@ def movement_frequency(skeleton: Skeleton) -> float:
     return float(frequencies[np.searchsorted(power, power[-1] / 2)])
 
 
+def fastest_movement(skeletons: Iterable[Skeleton], rate: float) -> float:
+    """Return the highest frequency of movement of bodies, Hz.
+
+    Bodies recorded with at most `rate` frames per second, which no video of that rate can alias,
+    are ignored.
+    """
+    fast = [skeleton for skeleton in skeletons if skeleton.frame_rate > rate]
+    return max(map(movement_frequency, fast), default=0.0)
+
+
 def is_resolved(frequency: float, rate: float, speed: float, frames: float = TOO_FEW) -> bool:
     """Return whether each cycle of a movement has at least `frames` frames.
 

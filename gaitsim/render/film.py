@@ -17,9 +17,9 @@ from gaitsim.render.encoder import (
     ALIASED,
     default_speed,
     encode,
+    fastest_movement,
     format_speed,
     is_resolved,
-    movement_frequency,
 )
 from gaitsim.render.scene import THEMES, VIEWS, Picture, Scene
 from gaitsim.render.scene.clip import Clip
@@ -165,9 +165,7 @@ class Film:
         leader: int = 0,
     ) -> None:
         self.settings, self._figure = settings, curve
-        # A motion with a frame rate no higher than the video is never aliased.
-        fast = [clip.skeleton for clip in clips if clip.skeleton.frame_rate > settings.rate]
-        self._frequency = max(map(movement_frequency, fast), default=0.0)
+        self._frequency = fastest_movement((clip.skeleton for clip in clips), float(settings.rate))
         self.speed = settings.speed or self._default_speed
         title, details = heading
         slowed = (format_speed(self.speed),) if self.speed != 1 else ()

@@ -10,6 +10,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.individual import Individual
+from gaitsim.render.encoder import default_speed, fastest_movement
 from gaitsim.render.scene.themes import THEMES
 from gaitsim.sharing.challenge import code_of
 from gaitsim.storage.files.atomic import write_bytes
@@ -20,6 +21,8 @@ from gaitsim_page.document import document, program_version
 
 MAX_BODIES = 12  # maximum number of individuals side by side
 MAX_CURVE_POINTS = 500  # maximum number of points of the fitness curve
+FPS = 30.0  # pictures per second that the default speed assumes, as slow computers draw
+SLOWEST = 1 / 32  # lowest speed that a page offers
 MAX_BYTES = 100_000_000  # maximum bytes of a page
 
 
@@ -87,6 +90,9 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
         "description": experiment.description,
         "theme": themes(),
         "clips": [clip_data(one) for one in individuals],
+        "speed": default_speed(
+            fastest_movement((one.skeleton for one in individuals), FPS), FPS, SLOWEST
+        ),
         "curve": _curve(run or _run_of(individuals[0])),
         "code": _code(individuals),
         "made": program_version(),

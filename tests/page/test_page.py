@@ -11,10 +11,12 @@ import pytest
 import gaitsim as gs
 from gaitsim.contracts import Measure, Skeleton
 from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
+from gaitsim.render.encoder import ENOUGH, movement_frequency
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.document import document
-from gaitsim_page.player import MAX_CURVE_POINTS, page, page_data
+from gaitsim_page.player import FPS, MAX_CURVE_POINTS, page, page_data
 
 EVIL = (
     "é</script><script>document.title = 'evil'; alert(1)</script><!--\"'><img src=x onerror="
@@ -32,6 +34,16 @@ def data_of(found: bytes) -> dict:
     """Return the data of a page."""
     (text,) = re.findall(r'id="data">(.*?)</script>', found.decode(), re.DOTALL)
     return json.loads(text)
+
+
+def test_pages_start_in_slow_motion_if_the_movement_is_fast(spider):
+    fly = load_experiment("fly", {"organism.duration": 1.0})
+    (wing_beat,) = fly.starts().values()
+    flying = Individual(fly, 0.0, {}, 1, wing_beat)
+    frequency = movement_frequency(flying.skeleton)
+    speed = page_data([flying])["speed"]
+    assert page_data([spider])["speed"] == 1
+    assert FPS / (frequency * speed) >= ENOUGH > FPS / (2 * frequency * speed)
 
 
 def test_pages_are_reproducible_and_small(spider, spider_run):

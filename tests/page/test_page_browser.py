@@ -251,6 +251,67 @@ def test_heights_of_a_terrain_are_as_in_python(show):
     np.testing.assert_allclose(found, terrain.height(places), atol=1e-6)
 
 
+def falling(depth, **changes):
+    """Return a body that flies and sinks by `depth` m."""
+    time = np.arange(FRAMES)[:, None, None] / RATE
+    base = np.array([[0, 0.5, 0], [0, -0.5, 0], [0.3, 0, 0], [-0.3, 0, 0], [0, 0, 0.1]])
+    points = base - [0, 0, depth / 2] * time
+    centre = pack(points.mean(axis=1), 1e-4)
+    return clip(points=pack(points, 1e-4), centre=centre, flies=True, feet=None, **changes)
+
+
+EXTENTS = """() => {
+    const { bodies, stage } = gaitsimPage;
+    stage.scene.updateMatrixWorld();
+    stage.orbit.camera.updateMatrixWorld();
+    return bodies.map(({ box }) => {
+        const at = [0, 1, 2, 3, 4, 5, 6, 7].map((corner) => {
+            const place = box.low.map((low, axis) => (corner >> axis) & 1 ? box.high[axis] : low);
+            const { x, y } = new gaitsim.THREE.Vector3(...place).project(stage.orbit.camera);
+            return [x, y];
+        });
+        const of = (axis) => at.map((point) => point[axis]);
+        return [0, 1].map((axis) => [Math.min(...of(axis)), Math.max(...of(axis))]);
+    });
+}"""
+
+
+@pytest.mark.parametrize("depth", [0, 500])
+def test_the_champion_is_followed_closely_however_far_others_are(show, depth):
+    """In coordinates from −1 to 1, all bodies are large at the start, and the champion always."""
+    clips = [
+        falling(depth, tag="generation 1", score=-3.0),
+        falling(0.5, tag="generation 2", score=9.0),
+        falling(depth, tag="generation 3", score=1.0),
+    ]
+    shown = show(data(*clips, speed=0.25), reduced_motion="reduce")
+    assert shown.run("() => [gaitsimPage.selected, gaitsimPage.clock.speed]") == [1, 0.25]
+    assert shown.page.locator(".factor").inner_text() == "0.25×"
+    for seconds in (0, 2):
+        shown.run(f"() => gaitsimPage.seek({seconds})")
+        shown.run(PICTURES)
+        extents = shown.run(EXTENTS)
+        for (left, right), (low, high) in extents if seconds == 0 else [extents[1]]:
+            assert max(right - left, high - low) > 0.3
+            assert -1 < left < right < 1
+            assert -1 < low < high < 1
+    shown.page.get_by_role("button", name="generation 3").click()
+    shown.run(PICTURES)
+    (left, right), (low, high) = shown.run(EXTENTS)[2]
+    assert -1 < left < right < 1
+    assert -1 < low < high < 1
+
+
+def test_the_legend_names_the_marks_of_feet(show):
+    feet = {**clip()["feet"], "lost": [False, True]}
+    for body, names in (
+        (clip(), ["left", "right", "on the ground", "in the air"]),
+        (clip(feet=feet), ["left", "right", "on the ground", "in the air", "lost"]),
+        (flying(), []),
+    ):
+        assert show(data(body)).page.locator(".key .foot").all_inner_texts() == names
+
+
 def test_keys_and_the_slider_change_the_time(show):
     shown = show(data(clip()), reduced_motion="reduce")
     page = shown.page

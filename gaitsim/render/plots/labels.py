@@ -52,13 +52,14 @@ def heading_of_run(run: str, experiment: Experiment, more: str = "", width: floa
 def heading_of(individuals: Sequence[Individual]) -> str:
     """Return the run's name and seed with the generation and score, or with several generations.
 
-    The score of a damaged body is left out if damage and score do not fit.
+    What does not fit is left out: the number of worlds, then the score.
     """
     numbers = ", ".join(str(individual.generation) for individual in individuals)
     one = individuals[0]
-    what = f"{one.label}, {format_score(one)}"
-    if one.damage and len(f"{one.name}, seed {one.experiment.seed}, {what}") > _HEADING:
-        what = one.label
+    score = f"{one.label}, {format_score(one)}"
+    shorter = (score, score.removesuffix(one.over_worlds), one.label)
+    room = _HEADING - len(f"{one.name}, seed {one.experiment.seed}, ")
+    what = next((text for text in shorter if len(text) <= room), one.label)
     if len(individuals) > 1:
         what = f"generations {shorten(numbers, 24)}"
     return heading_of_run(one.name, one.experiment, f", {what}")

@@ -1,6 +1,6 @@
 // The clock, the controls of playback, view and theme, the keys and the help.
 
-const SPEEDS = [0.1, 0.2, 0.25, 0.5, 0.75, 1, 1.5, 2];
+const SPEEDS = [1 / 32, 1 / 16, 1 / 8, 0.25, 0.5, 0.75, 1, 1.5, 2];
 const NAMES = { iso: "oblique", side: "side", top: "top" };
 
 /**
@@ -95,7 +95,7 @@ class Controls {
   set rate(factor) {
     this.speed.value = String(SPEEDS.indexOf(factor));
     this.speed.setAttribute("aria-valuetext", `${factor} times`);
-    this.factor.textContent = `${factor}×`;
+    this.factor.textContent = factor < 0.25 ? `1/${1 / factor}×` : `${factor}×`;
   }
 }
 

@@ -8,6 +8,21 @@ const CLOSEST = 0.15; // limits of the zoom, 1 fits the picture
 const FARTHEST = 40;
 const TURN = 0.35; // degrees per pixel
 
+/**
+ * Return the right, up and ahead axes of a camera, unit vectors.
+ * @param {number} azimuth degrees
+ * @param {number} elevation degrees
+ */
+function axesOf(azimuth, elevation) {
+  const [a, e] = [azimuth, elevation].map((angle) => (angle * Math.PI) / 180);
+  const [ca, sa, ce, se] = [Math.cos(a), Math.sin(a), Math.cos(e), Math.sin(e)];
+  return [
+    [-sa, ca, 0],
+    [-se * ca, -se * sa, ce],
+    [-ce * ca, -ce * sa, -se],
+  ];
+}
+
 class Orbit {
   /**
    * @param {HTMLCanvasElement} canvas
@@ -59,13 +74,7 @@ class Orbit {
 
   /** Return the right, up and ahead axes of the camera, unit vectors. */
   axes() {
-    const [a, e] = [this.azimuth, this.elevation].map((angle) => (angle * Math.PI) / 180);
-    const [ca, sa, ce, se] = [Math.cos(a), Math.sin(a), Math.cos(e), Math.sin(e)];
-    return [
-      [-sa, ca, 0],
-      [-se * ca, -se * sa, ce],
-      [-ce * ca, -ce * sa, -se],
-    ];
+    return axesOf(this.azimuth, this.elevation);
   }
 
   /** Point at which the camera looks, m. */

@@ -1,6 +1,6 @@
 // The player: recorded motions on the stage, with the timeline, the controls and the panel.
 
-const ROOM = 2.4; // maximum width of the picture of several bodies, in body lengths
+const ROOM = 4; // maximum extent of the first picture of several bodies, in body lengths
 
 class Player {
   /**
@@ -14,7 +14,7 @@ class Player {
     this.themes = new Themes(data.theme, (theme) => this._paint(theme));
     this.announcer = new Announcer();
     this.clock = new Clock(Math.max(...recordings.map((one) => one.seconds)));
-    this.selected = recordings.length - 1;
+    this.selected = championOf(recordings);
     const actions = this._actions();
     this.controls = new Controls(actions);
     this.timeline = new Timeline(this.clock.end, (seconds) => this.seek(seconds));
@@ -42,7 +42,7 @@ class Player {
     root.replaceChildren(this.root, this.announcer.root);
     this._open();
     listenToKeys(actions);
-    this.controls.rate = 1;
+    this.controls.rate = this.clock.speed = data.speed ?? 1;
     this.seek(0);
     this._paint(this.themes.theme);
     if (matchMedia("(prefers-reduced-motion: reduce)").matches) this.controls.playing = false;
@@ -75,38 +75,26 @@ class Player {
     this.stage.listeners.push(() => this._showGridStep());
   }
 
-  /** Return a box, relative to the aim of the camera, that contains all bodies. */
+  /**
+   * Return a box, relative to the aim of the selected body, that contains it throughout, and as
+   * many of its neighbours at the start as fit.
+   */
   _box() {
-    this.room = Infinity;
-    if (this.recordings.length === 1) return this.recordings[0].box;
+    const own = this.recordings[this.selected].box;
     const box = new Box();
-    for (let i = 0; i < 60; i++) {
-      const poses = this.recordings.map((one) => one.at((i * this.clock.end) / 59));
-      const aim = this._aim(poses);
-      poses.forEach((pose, number) => {
-        const own = new Box();
-        extendBox(own, this.recordings[number].clip, pose, BLACK);
-        for (const end of [own.low, own.high])
-          box.add(end[0] - aim[0], end[1] + this.lanes[number] - aim[1], end[2] - aim[2]);
-      });
-    }
-    const span = Math.max(...this.recordings.map((one) => Math.max(...one.box.size)));
-    const most = Math.max(ROOM * span, box.size[1]);
-    if (box.size[0] > most) {
-      this.room = 0.4 * most;
-      [box.low[0], box.high[0]] = [-most / 2, most / 2];
+    this.recordings.forEach((recording, number) => {
+      const side = this.lanes[number] - this.lanes[this.selected];
+      const { low, high } = number === this.selected ? own : recording.boxAt(0);
+      for (const [x, y, z] of [low, high]) box.add(x, y + side, z);
+    });
+    const most = ROOM * Math.max(...own.size);
+    for (let axis = 0; axis < 3; axis++) {
+      const more = box.size[axis] - own.size[axis];
+      const share = more > 0 ? Math.min((most - own.size[axis]) / more, 1) : 0;
+      box.low[axis] = own.low[axis] + share * (box.low[axis] - own.low[axis]);
+      box.high[axis] = own.high[axis] + share * (box.high[axis] - own.high[axis]);
     }
     return box;
-  }
-
-  /** Return the aim of the camera, m: the middle of the bodies, but near the selected one. */
-  _aim(poses) {
-    const box = new Box();
-    poses.forEach(({ aim }, number) => box.add(aim[0], aim[1] + this.lanes[number], aim[2]));
-    const { aim } = poses[this.selected];
-    const chosen = [aim[0], aim[1] + this.lanes[this.selected], aim[2]];
-    const away = Math.hypot(...box.middle.map((value, axis) => chosen[axis] - value));
-    return away > this.room ? mix(chosen, box.middle, this.room / away) : box.middle;
   }
 
   /** Return the actions of buttons and keys. */
@@ -171,7 +159,8 @@ class Player {
       this.bodies[number].show(pose);
       this.bodies[number].trail(this.recordings[number].values.centre, pose.frame);
     });
-    this.stage.lookAt(this._aim(poses));
+    const [x, y, z] = poses[this.selected].aim;
+    this.stage.lookAt([x, y + this.lanes[this.selected], z]);
   }
 
   /**
@@ -205,14 +194,19 @@ class Player {
     if (this.scale.textContent !== text) this.scale.textContent = text;
   }
 
-  /** Return the legend of the colours of feet. */
+  /** Return the legend of the marks of feet. */
   _key() {
     const sides = new Set(this.recordings.flatMap(({ clip }) => clip.feet?.sides ?? []));
     const named = ["left", "right"].filter((side) => sides.has(side));
     // The sides of a planar body are near and far; the camera is on its right.
     const planar = this.recordings[0].clip.feet?.names.some((name) => /^(near|far)\b/.test(name));
     const word = planar ? { left: "far", right: "near" } : { left: "left", right: "right" };
-    return named.map((side) => element("span", { class: `foot ${side}` }, word[side]));
+    const marks = named.map((side) => [side, word[side]]);
+    if (this.recordings.some(({ feet }) => feet))
+      marks.push(["stance", "on the ground"], ["swing", "in the air"]);
+    if (this.recordings.some(({ clip }) => clip.feet?.lost.includes(true)))
+      marks.push(["lost", "lost"]);
+    return marks.map(([kind, text]) => element("span", { class: `foot ${kind}` }, text));
   }
 
   /** Return the names of the bodies, as buttons that select the footfalls to show. */
@@ -241,6 +235,7 @@ class Player {
     this.selected = number;
     this.choices?.forEach((choice, i) => choice.setAttribute("aria-pressed", String(i === number)));
     this.timeline.show(this.recordings[number], this.themes.theme, number);
+    this.stage?.frame(this._box());
     this.seek(this.clock.now);
   }
 
@@ -253,6 +248,12 @@ class Player {
     if (this.stage) this.stage.theme = theme;
     this.timeline.show(this.recordings[this.selected], theme, this.selected);
   }
+}
+
+/** Return the index of the body with the best score, of several the last. @param {Recording[]} recordings */
+function championOf(recordings) {
+  const scores = recordings.map(({ clip }) => clip.score ?? -Infinity);
+  return scores.lastIndexOf(Math.max(...scores));
 }
 
 /** Return a description of the picture for screen readers. */

@@ -100,6 +100,14 @@ class Recording {
     return this._box;
   }
 
+  /** Return a box around the body at a time, relative to the aim of the camera, m. @param {number} seconds */
+  boxAt(seconds) {
+    const pose = this.at(seconds);
+    const box = new Box();
+    extendBox(box, this.clip, pose, pose.aim);
+    return box;
+  }
+
   /** A box around the whole motion, m. */
   get whole() {
     this._whole ??= this._boxAbout(() => BLACK);

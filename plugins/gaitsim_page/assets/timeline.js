@@ -108,14 +108,17 @@ class Timeline {
     pen.strokeStyle = line;
     pen.textAlign = "center";
     pen.textBaseline = "alphabetic";
-    for (let i = 0; i * step <= this.seconds + 1e-6; i++) {
+    const end = this.seconds + 1 / this.recording.frameRate; // a frame lasts until the next one
+    for (let i = 0; i * step <= end + 1e-6; i++) {
       const x = Math.round(this._x(i * step)) + 0.5;
       pen.beginPath();
       pen.moveTo(x, 2);
       pen.lineTo(x, this.rows + 6);
       pen.stroke();
       const label = String(Number((i * step).toPrecision(6)));
-      if (x < this.width - 12) pen.fillText(i ? label : "0 s", x, this.rows + AXIS + 3);
+      const half = pen.measureText(label).width / 2;
+      const middle = Math.min(x, this.width - 1 - half);
+      pen.fillText(i ? label : "0 s", middle, this.rows + AXIS + 3);
     }
   }
 
