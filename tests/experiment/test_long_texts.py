@@ -50,7 +50,7 @@ def test_a_file_is_written_into_the_experiment_which_does_without_it(shaped, tmp
     assert organism.rstrip().endswith("'''")
     assert LINES in organism.partition("size = ")[2]  # below the other options
     shown = experiment.to_toml(brief=True)
-    assert len(shown) < 3000
+    assert len(shown) < 4000
     assert '<shape name=\\"cube\\"> (200 kB of text, SHA-256 ' in shown
 
 

@@ -57,7 +57,7 @@ def test_a_kept_population_is_compared(kept):
     file.write_bytes(pack(replace(population, genomes=population.genomes + 1e-9)))
     what = verify(kept, workers=1).differences[6][0]
     assert "the genomes in populations/" in what
-    file.write_bytes((kept.path / population_file(3)).read_bytes())
-    assert "of generation 3" in verify(kept, workers=1).differences[6][0]
+    (kept.path / population_file(3)).write_bytes(file.read_bytes())
+    assert "of generation 6" in verify(kept, workers=1).differences[3][0]
     with pytest.raises(RunError, match="does not belong to the run"):
-        kept.population(6)
+        kept.population(3)
