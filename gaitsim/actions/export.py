@@ -37,6 +37,8 @@ class Export(Action):
 
     gaitsim export spider --format glb
 
+    gaitsim export fly --format motion --out flies.csv --population last
+
     gaitsim export spider --format tensorboard
 
     gaitsim export spider-atlas --format atlas

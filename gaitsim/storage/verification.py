@@ -191,6 +191,42 @@ def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> tupl
     return found, _score_distance(run, number, now["score"])
 
 
+def populations(
+    run: RunSnapshot, generations: Sequence[int], workers: int | None = None
+) -> Iterator[Generation]:
+    """Yield generations of a run with all their individuals, in order.
+
+    A run stores the population of its last generation. Earlier ones are evolved again, from the
+    first generation on, and must match the record.
+
+    Raises:
+        RunError: a generation does not exist, or differs from the record.
+    """
+    wanted = sorted({*generations})
+    for number in wanted:
+        run.stage_at(number)
+    if wanted == [run.generation]:
+        yield restore_generation(run.finished)
+        return
+    last: Generation | None = None
+    for stage in run.stages:
+        until = min(stage.last, wanted[-1])
+        for again in _evolve(run, last, until, lambda one: Evaluator(one, workers)):
+            if wrong := wrong_checksums(run, again):
+                raise RunError(
+                    f"generation {again.number} differs from the record when evolved again: its "
+                    f"{' and '.join(wrong)}",
+                    where=str(run.path),
+                    remedy="use the versions and the kind of machine that evolved the run; the "
+                    "last population is stored",
+                )
+            if again.number in wanted:
+                yield again
+            last = again
+        if until == wanted[-1]:
+            return
+
+
 @dataclass(frozen=True, repr=False)
 class Verdict(ReprMixin):
     """The result of verifying a run.

@@ -1,10 +1,10 @@
-"""Joint angles for MATLAB, NumPy and spreadsheets, glTF and TensorBoard."""
+"""Joint angles and motions for MATLAB, NumPy, pandas and spreadsheets; glTF; TensorBoard."""
 
 import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.contracts import Exported, Exporter, Subject
+from gaitsim.contracts import Exported, Exporter, Subject, option
 
 if TYPE_CHECKING:
     from gaitsim.contracts.product import Input
@@ -53,6 +53,46 @@ class Npz(GaitExporter):
     title: ClassVar[str] = "Gait file for NumPy"
     note: ClassVar[str] = "NumPy"
     suffix: ClassVar[str] = ".npz"
+
+
+class MotionTable(Exporter):
+    """All channels of the motion with units, as a table or as arrays.
+
+    A file .csv or .parquet has a row for each frame and a column for each entry of a channel, such
+    as `feet L1 x (m)`. A file .npz has an array for each channel, (individuals, …), and their axes
+    and units as JSON in `about`. Parquet needs the package pyarrow.
+    """
+
+    title: ClassVar[str] = "All channels, for pandas and NumPy"
+    group: ClassVar[str] = "The body in motion"
+    note: ClassVar[str] = "all channels; .npz, .csv or .parquet"
+    input: ClassVar["Input"] = "individuals"
+    suffix: ClassVar[str] = ".npz"
+    other_suffixes: ClassVar[tuple[str, ...]] = (".csv", ".parquet")
+    stem: ClassVar[str] = "motion"
+    items: ClassVar[str] = "individuals"
+
+    every: int | None = option(
+        None,
+        "export the best individual of every N-th generation; 1 for all generations",
+        ge=1,
+        placeholder="N",
+        unset="the chosen individuals",
+    )
+    population: str | None = option(
+        None,
+        "export all individuals of these generations: 'last', a list such as 10,20, or 'every 10'. "
+        "Only the last population is stored; earlier ones are evolved again",
+        allowed="'last', numbers separated by commas, or 'every N'",
+        placeholder="last|N,N,…|every N",
+        unset="the chosen individuals",
+    )
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the file."""
+        from gaitsim_exports.motion import write_motion
+
+        return Exported(write_motion(subject, path, self.every, self.population))
 
 
 class Glb(Exporter):

@@ -1,0 +1,163 @@
+"""All channels of motions as tables and arrays: `gaitsim export --format motion`."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import gaitsim as gs
+from gaitsim.contracts import Channel, Motion
+from gaitsim.gait.motion_table import motion_arrays, motion_columns
+
+SHORT = {
+    "spider": {},
+    "millipede": {},
+    "fly": {"organism.duration": 0.2},
+    "walker": {"organism.duration": 0.5},
+    "hexapod": {"organism.duration": 0.5},
+}
+
+
+def individual(preset):
+    experiment = gs.load_experiment(preset, SHORT[preset])
+    genome = experiment.space().random(1, np.random.default_rng(5))[0]
+    return gs.Individual(experiment, 1.5, {}, 7, genome)
+
+
+@pytest.mark.parametrize("preset", SHORT)
+def test_pandas_reads_the_motion_of_every_body(preset, tmp_path):
+    pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
+    one = individual(preset)
+    for name in ("motion.csv", "motion.parquet"):
+        gs.export(one, tmp_path / name, "motion")
+    tables = {
+        "csv": pandas.read_csv(tmp_path / "motion.csv"),
+        "parquet": pandas.read_parquet(tmp_path / "motion.parquet"),
+        "memory": one.to_pandas(),
+    }
+    declared = one.experiment.organism.channels
+    for table in tables.values():
+        assert list(table.columns) == list(tables["memory"].columns)
+        for name, channel in declared.items():
+            size = one.motion[name][0].size
+            shape = one.motion[name].shape[1:]
+            trials = shape[channel.axes.index("trials")] if "trials" in channel.axes else 1
+            frames = shape[0] if channel.over_time else 1
+            columns = [label for label in table if label.split(" ")[0] == name]
+            assert len(columns) == size // trials // frames
+            if channel.unit and isinstance(channel.unit, str):
+                assert all(label.endswith(f" ({channel.unit})") for label in columns)
+        rate = one.motion.frame_rate
+        assert table["time (s)"].to_numpy() == pytest.approx(table["frame"] / rate)
+        assert set(table["generation"]) == {7}
+        numbers = table.to_numpy(dtype=float)
+        assert np.array_equal(numbers, tables["memory"].to_numpy(dtype=float))
+
+
+def test_columns_have_the_values_of_the_channels():
+    spider, fly = individual("spider"), individual("fly")
+    columns = motion_columns([spider])
+    feet = spider.motion["feet"][0]
+    names = spider.skeleton.contact_names
+    assert np.array_equal(columns[f"feet {names[3]} z (m)"], feet[:, 3, 2])
+    assert np.array_equal(columns["pose yaw (rad)"], spider.motion["pose"][0, :, 2])
+    assert columns[f"stance {names[0]}"].dtype == bool
+    assert set(columns["stride_frequency (Hz)"]) == set(spider.motion["stride_frequency"])
+    columns = motion_columns([fly])
+    second = columns["trial"] == 2
+    position = fly.motion["position"][0]
+    assert np.array_equal(columns["position z (m)"][second], position[:, 1, 2])
+    assert np.array_equal(columns["frame"][second], np.arange(len(position)))
+
+
+def test_individuals_of_different_bodies_are_in_one_table():
+    columns = motion_columns([individual("spider"), individual("millipede")])
+    assert len(columns["frame"]) == 600
+    assert np.isnan(columns["slope (rad)"][300:].astype(float)).all()
+    assert np.isfinite(columns["pose x (m)"]).all()
+
+
+def test_arrays_have_axes_and_units(tmp_path):
+    fly = individual("fly")
+    said = gs.export(fly, tmp_path / "fly.npz", "motion").summary
+    assert said == "1 individual, 7 channels at 100 Hz"
+    with np.load(tmp_path / "fly.npz") as file:
+        found, about = dict(file), json.loads(str(file["about"]))
+    assert np.array_equal(found["position"][0], fly.motion["position"][0])
+    assert len(found["time"]) == found["position"].shape[1]
+    assert about["channels"]["position"]["axes"] == [
+        "individual",
+        "frame",
+        ["trial 1", "trial 2", "trial 3"],
+        ["x", "y", "z"],
+    ]
+    assert about["channels"]["course"]["unit"] == ["m", "m", "m", "rad"]
+    assert about["frame_rate"] == 100
+
+
+def test_arrays_of_different_lengths_name_the_formats_for_them(monkeypatch):
+    short, long = individual("walker"), individual("walker")
+    whole = long.motion
+    cut = {name: values[:, :-1] if values.ndim > 1 else values for name, values in whole.items()}
+    channels = {"height": Channel(("frames",), "m", "of the torso")}
+    monkeypatch.setattr(type(short.experiment.organism), "channels", channels)
+    monkeypatch.setitem(vars(short), "motion", Motion(whole.frame_rate, cut))
+    with pytest.raises(gs.GaitsimError, match="'height' has different shapes") as error:
+        motion_arrays([short, long])
+    assert "parquet" in error.value.allowed
+    assert len(motion_columns([short, long])["frame"]) == 2 * len(whole["height"][0]) - 1
+
+
+def test_whole_populations_are_exported(gaitsim, finished, tmp_path):
+    (evolved,) = tmp_path.glob("runs/*")
+    run = gs.load(evolved)
+    size, last = run.experiment.evolution.population, run.generation
+    said = gaitsim("export", run.path, "--format", "motion", "--population", "last").stdout
+    assert f"{size} individuals" in said
+    run.export(tmp_path / "some.npz", "motion", population="every 2")
+    found = np.load(tmp_path / "some.npz")
+    assert found["generation"].tolist() == sorted([*range(2, last + 1, 2)] * size)
+    assert found["individual"].tolist() == [*range(1, size + 1)] * (last // 2)
+    bests = [found["score"][found["generation"] == n].max() for n in range(2, last + 1, 2)]
+    assert bests == run.history["best"][1::2].tolist()
+    run.export(tmp_path / "all.csv", "motion", every=1)
+    lines = (tmp_path / "all.csv").read_text().splitlines()
+    assert {line.split(",")[0] for line in lines[1:]} == {str(n) for n in range(1, last + 1)}
+
+
+def test_a_population_that_cannot_be_reproduced_is_an_error(finished, tmp_path, monkeypatch):
+    run = gs.load("puppet")
+    monkeypatch.setattr("gaitsim.storage.verification.wrong_checksums", lambda *_: ["scores"])
+    with pytest.raises(gs.GaitsimError, match="generation 1 differs from the record when evolved"):
+        run.export(tmp_path / "a.npz", "motion", population="1,2")
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"population": "some"}, "invalid generations: 'some'"),
+        ({"population": "every 0"}, "invalid generations"),
+        ({"population": "every 1,2"}, "invalid generations"),
+        ({"population": "every 99"}, "no generation to export"),
+        ({"population": "77"}, "no generation 77"),
+        ({"every": 99}, "no generation to export"),
+        ({"every": 1, "population": "last"}, "cannot be combined"),
+    ],
+)
+def test_wrong_generations_are_one_message(finished, tmp_path, options, words):
+    with pytest.raises(gs.GaitsimError, match=words):
+        gs.load("puppet").export(tmp_path / "a.csv", "motion", **options)
+    with pytest.raises(gs.GaitsimError, match=r"need a whole run|cannot be combined"):
+        gs.load("puppet").champion.export(tmp_path / "a.csv", "motion", **options)
+
+
+def test_the_extension_chooses_the_file(finished, tmp_path, monkeypatch):
+    run = gs.load("puppet")
+    with pytest.raises(gs.GaitsimError, match="unknown extension for motions"):
+        run.export(tmp_path / "a.xlsx", "motion")
+    monkeypatch.setitem(sys.modules, "pyarrow", None)
+    with pytest.raises(gs.GaitsimError, match="needs the package pyarrow"):
+        run.export(tmp_path / "a.parquet")
+    assert not [*tmp_path.glob("a.*")]
