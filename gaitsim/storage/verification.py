@@ -22,7 +22,7 @@ from gaitsim.storage.consistency import (
     wrong_checksums,
 )
 from gaitsim.storage.files.checkpoint import Checkpoint
-from gaitsim.storage.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS
+from gaitsim.storage.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS, kept_populations
 from gaitsim.storage.files.history import best_terms
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
@@ -196,8 +196,8 @@ def populations(
 ) -> Iterator[Generation]:
     """Yield generations of a run with all their individuals, in order.
 
-    A run stores the population of its last generation. Earlier ones are evolved again, from the
-    first generation on, and must match the record.
+    If the run did not keep all of them, they are evolved again, from the first generation on, and
+    must match the record.
 
     Raises:
         RunError: a generation does not exist, or differs from the record.
@@ -205,8 +205,8 @@ def populations(
     wanted = sorted({*generations})
     for number in wanted:
         run.stage_at(number)
-    if wanted == [run.generation]:
-        yield restore_generation(run.finished)
+    if {*wanted} <= {*kept_populations(run.path), run.generation}:
+        yield from (restore_generation(run.population(number)) for number in wanted)
         return
     last: Generation | None = None
     for stage in run.stages:
@@ -217,8 +217,8 @@ def populations(
                     f"generation {again.number} differs from the record when evolved again: its "
                     f"{' and '.join(wrong)}",
                     where=str(run.path),
-                    remedy="use the versions and the kind of machine that evolved the run; the "
-                    "last population is stored",
+                    remedy="use the versions and the kind of machine that evolved the run, or "
+                    "evolve with --set evolution.keep_every=10 to keep every tenth population",
                 )
             if again.number in wanted:
                 yield again

@@ -82,7 +82,8 @@ class MotionTable(Exporter):
     population: str | None = option(
         None,
         "export all individuals of these generations: 'last', a list such as 10,20, or 'every 10'. "
-        "Only the last population is stored; earlier ones are evolved again",
+        "A run keeps the last population and those of `evolution.keep_every`; for others, it is "
+        "evolved again",
         allowed="'last', numbers separated by commas, or 'every N'",
         placeholder="last|N,N,…|every N",
         unset="the chosen individuals",

@@ -127,6 +127,19 @@ def test_whole_populations_are_exported(gaitsim, finished, tmp_path):
     assert {line.split(",")[0] for line in lines[1:]} == {str(n) for n in range(1, last + 1)}
 
 
+def test_kept_populations_are_not_evolved_again(gaitsim, finished, tmp_path, monkeypatch):
+    arguments = ("--generations", 5, "--set", "evolution.keep_every=2", "--out", "kept")
+    gaitsim("run", "puppet.toml", *arguments)
+    run = gs.load("kept")
+    run.export(tmp_path / "again.npz", "motion", population="1,2,4,5")
+    monkeypatch.setattr("gaitsim.storage.verification._evolve", None)
+    run.export(tmp_path / "kept.npz", "motion", population="2,4,5")
+    again, kept = np.load(tmp_path / "again.npz"), np.load(tmp_path / "kept.npz")
+    assert set(kept["generation"]) == {2, 4, 5}
+    for name in ("score", "reach"):
+        assert np.array_equal(kept[name], again[name][again["generation"] > 1])
+
+
 def test_a_population_that_cannot_be_reproduced_is_an_error(finished, tmp_path, monkeypatch):
     run = gs.load("puppet")
     monkeypatch.setattr("gaitsim.storage.verification.wrong_checksums", lambda *_: ["scores"])
