@@ -300,6 +300,39 @@ class Search(Plugin):
             None. A search that keeps a front has an option `objectives` with 'max' or 'min' for
             each objective by name, in the order of `Members.values`; its members are sorted by the
             first objective.
+
+    Examples:
+        A library's object is restored from the state in each call. This search draws Sobol points
+        with SciPy:
+
+        ```python
+        import numpy as np
+        from scipy.stats import qmc
+
+        from gaitsim.contracts import RealSpace, Search
+
+
+        class SobolSearch(Search):
+            spaces = (RealSpace,)
+
+            def objection(self, space, population):
+                if population & (population - 1) == 0:
+                    return ""
+                return f"the population must be a power of two, not {population}"
+
+            def initial(self, context):
+                seed = context.rng.integers(2**32)
+                return {"seed": np.array(seed, np.int64), "drawn": np.array(0, np.int64)}
+
+            def ask(self, state, last, context):
+                space, drawn = context.space, int(state["drawn"])
+                sequence = qmc.Sobol(space.genes, seed=int(state["seed"]))
+                if drawn:
+                    sequence.fast_forward(drawn)
+                points = sequence.random(context.population)
+                genomes = context.repair(space.lower + points * space.width)
+                return genomes, {**state, "drawn": np.array(drawn + len(points), np.int64)}
+        ```
     """
 
     start: str = option(
