@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import commands
+import everything
 import parts
 
 ROOT = Path(__file__).parents[1]
@@ -54,6 +55,7 @@ API = {
             "gaitsim.comparing.compare",
             "gaitsim.comparing.Comparison",
             "gaitsim.experiment.load_experiment",
+            "gaitsim.experiment.load_atlas",
             "gaitsim.experiment.Experiment",
             "gaitsim.evolution.Generation",
             "gaitsim.evaluation.Evaluation",
@@ -129,6 +131,8 @@ def collect_pages() -> None:
     shutil.copytree(ROOT / "docs_build" / "fonts", STAGE / "fonts")
     (STAGE / "commands.md").write_text(commands.page())
     (STAGE / "parts.md").write_text(parts.page())
+    documented = {one: name for name, (_, objects) in API.items() for one in objects}
+    (STAGE / "everything.md").write_text(everything.page(documented))
     for name, (heading, objects) in API.items():
         (STAGE / name).write_text("\n\n".join([heading, *(f"::: {one}" for one in objects)]) + "\n")
 

@@ -10,6 +10,7 @@ import pytest
 from typer.main import get_command
 from typer.testing import CliRunner
 
+import gaitsim as gs
 from gaitsim.registry import PLUGINS, entries, load_class, options
 
 ROOT = Path(__file__).parents[2]
@@ -94,6 +95,24 @@ def test_every_option_of_every_plugin_is_in_the_reference(monkeypatch: pytest.Mo
             for option, field in load_class(kind, name).model_fields.items():
                 assert f"| `{option}` | " in page
                 assert options.default(field) in page
+
+
+def test_everything_has_a_line_with_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.syspath_prepend(BUILD)
+    build, pages = module("build", monkeypatch), module("everything", monkeypatch)
+    documented = {one: name for name, (_, objects) in build.API.items() for one in objects}
+    page = pages.page(documented)
+    names = [f"gs.{name}" for name in gs.__all__] + ["run.export", "individual.plot"]
+    names += ["gaitsim verify", "joint_angles", "forward", "altitude"]
+    names += [name for kind in ("plot", "exporter", "organism") for name in entries(kind)]
+    assert not [name for name in (*names, *gs.presets()) if f"[`{name}`](" not in page]
+    headings = module("parts", monkeypatch).page()
+    headings += module("commands", monkeypatch).page()
+    titles = {re.sub(r"[^\w-]", "-", one) for one in re.findall("^#+ (.*)$", headings, re.M)}
+    for target in re.findall(r"\]\(([^)]+)\)", page):
+        file, _, anchor = target.partition("#")
+        known = file in ("parts.md", "commands.md") and re.sub(r"_\d$", "", anchor) in titles
+        assert known or anchor in documented or (ROOT / "docs" / file).exists(), target
 
 
 def test_all_pictures_are_used_and_small() -> None:
