@@ -223,12 +223,13 @@ def references(layout: Layout) -> dict[str, Floats]:
     L4 R3 L2 R1: Barth 2002, A Spider's World), in the tripod of insects and in the trot. In
     wave and ripple, each foot follows the one behind it by 1/legs and 2/legs of a stride, and
     the sides alternate (Wilson 1966, Annual Review of Entomology 11:103). The
-    walks of four legs are those of Hildebrand (1965, Science 150:701).
+    walks of four legs are those of Hildebrand (1965, Science 150:701). In-phase feet hop or drag
+    a body that lies on the ground.
     """
     side, place, pairs = layout.side, layout.place, layout.pairs
     found = {
         _ALTERNATING.get(pairs, f"alternating, {2 * pairs} legs"): (side + place) / 2,
-        "in-phase hop": np.zeros(2 * pairs),
+        "in-phase": np.zeros(2 * pairs),
     }
     if pairs == 2:
         found |= {
@@ -348,16 +349,16 @@ def name_of(
     found, distances = nearest(phases[chosen], layout)
     places = iter(found.phases.tolist())
     pattern = tuple(next(places) if compared_with else None for compared_with in chosen)
-    away = f"{found.distance:.3f} cycles from {_describe_wave(found.name, found.lag)}"
+    away = f"the feet touch down within {found.distance:.3f} cycles (rms) of"
     if found.distance <= NEAR:
-        return Name(found.name, away, found.distance, found.lag, pattern), distances
-    reason = f"no reference gait is near; the nearest: {away}"
+        what = "this pattern" if found.lag is None else _describe_wave(found.lag)
+        return Name(found.name, f"{away} {what}", found.distance, found.lag, pattern), distances
+    what = found.name if found.lag is None else _describe_wave(found.lag)
+    reason = f"no reference gait is near; {away} the nearest: {what}"
     return Name(NONE, reason, found.distance, pattern=pattern), distances
 
 
-def _describe_wave(name: str, lag: float | None) -> str:
-    if lag is None:
-        return name
+def _describe_wave(lag: float) -> str:
     way = "front to back" if lag > 0 else "back to front"
     return f"a wave that runs {way} with a lag of {abs(lag):.2f} cycles per leg"
 

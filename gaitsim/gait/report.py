@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Array, Organism, Skeleton
+from gaitsim.contracts import Array, Motion, Organism, Skeleton
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import naming
+from gaitsim.gait.channels import count_trials
 from gaitsim.gait.effort import Effort
 from gaitsim.gait.feet import (
     Contacts,
@@ -74,7 +76,7 @@ class GaitAnalysis(TableMixin):
 
     Attributes:
         frame_rate: frames per second, Hz.
-        travel: travel of the body.
+        travel: travel of the body; the mean over the trials, if there are several.
         footfalls: footfalls of the feet; None for a body without feet.
         name: name of the gait.
         distances: rms distance to each reference gait, cycles; {} if the gait was not compared.
@@ -82,6 +84,7 @@ class GaitAnalysis(TableMixin):
         missing: results that are not available, with reasons.
         effort: torque of the servos; None if the body does not measure it.
         warnings: sentences about chatter, servos that overheat, and warnings of the body.
+        trials: number of trials; everything except the travel is of the first.
     """
 
     frame_rate: float
@@ -93,6 +96,7 @@ class GaitAnalysis(TableMixin):
     missing: tuple[str, ...]
     effort: Effort | None = None
     warnings: tuple[str, ...] = ()
+    trials: int = 1
 
     def _repr_title(self) -> str:
         return f"Gait: {self.name.name}, {self.name.reason}"
@@ -235,7 +239,49 @@ def analyse_individual(individual: Individual) -> GaitAnalysis:
         stride_frequency=commanded_frequency(individual),
         effort=effort_of(individual),
     )
-    return replace(found, warnings=(*found.warnings, *gait_warnings(individual)))
+    return replace(
+        found,
+        travel=_mean_travel(individual, found.travel),
+        warnings=(*found.warnings, *gait_warnings(individual)),
+        trials=count_trials(individual),
+    )
+
+
+def _mean_travel(individual: Individual, first: Travel) -> Travel:
+    """Return the mean of the travel over the trials, given the travel of the first."""
+    travels = [
+        travel_of(skeleton, None, _measured(individual)) for skeleton in trial_skeletons(individual)
+    ]
+    if len(travels) == 1:
+        return first
+    values = {
+        field.name: [getattr(travel, field.name) for travel in travels] for field in fields(Travel)
+    }
+    means: dict[str, Any] = {
+        name: None if None in each else float(np.mean(each)) for name, each in values.items()
+    }
+    return Travel(**means | {"joint_travel": first.joint_travel})
+
+
+def trial_skeletons(individual: Individual) -> list[Skeleton]:
+    """Return the skeleton of each trial of an individual."""
+    organism, motion = individual.experiment.organism, individual.motion
+    axes = {
+        name: 1 + channel.axes.index("trials")
+        for name, channel in organism.channels.items()
+        if "trials" in channel.axes
+    }
+    if count_trials(individual) == 1:
+        return [individual.skeleton]
+    skeletons = []
+    with plugin_errors(individual.experiment.entries["organism"], "drawing the trials"):
+        for trial in range(count_trials(individual)):
+            channels = {
+                name: np.take(motion[name], [trial], axes[name]) if name in axes else motion[name]
+                for name in organism.channels
+            }
+            skeletons.append(organism.skeleton(Motion(motion.frame_rate, channels), 0))
+    return skeletons
 
 
 def gait_warnings(individual: Individual) -> tuple[str, ...]:

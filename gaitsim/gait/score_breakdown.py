@@ -1,5 +1,6 @@
 """The breakdown of a score: its terms over time, over the generations, and in words."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -120,14 +121,18 @@ def term_changes(
 
 
 def summarise(
-    terms: Mapping[str, float], history: Mapping[str, Floats], generation: int | None
+    terms: Mapping[str, float],
+    history: Mapping[str, Floats],
+    generation: int | None,
+    unit: str = "",
 ) -> tuple[str, ...]:
-    """Summarise a score in words: terms that dominate, are constant, or cancel.
+    """Summarise a score in words: terms that dominate, hardly change, or cancel.
 
     Args:
         terms: terms of the individual's score.
         history: history of the run.
         generation: generation of the individual; None for a gait from a file.
+        unit: unit of the score, '' for a pure number.
     """
     total = sum(abs(value) for value in terms.values())
     dominant = _describe_dominant(terms, total)
@@ -137,7 +142,7 @@ def summarise(
     return (
         *dominant,
         *_describe_changes(first, found),
-        *_describe_constant(history, first, found, generation),
+        *_describe_settled(history, first, found, generation, unit),
     )
 
 
@@ -178,23 +183,45 @@ def _describe_changes(first: int, found: tuple[TermChange, ...]) -> tuple[str, .
     return tuple(sentences)
 
 
-def _describe_constant(
-    history: Mapping[str, Floats], first: int, found: tuple[TermChange, ...], generation: int
+def _describe_settled(
+    history: Mapping[str, Floats],
+    first: int,
+    found: tuple[TermChange, ...],
+    generation: int,
+    unit: str,
 ) -> tuple[str, ...]:
-    """Describe the terms of the best individual that stayed constant."""
+    """Describe the terms of the best individual that hardly changed, with bounds of the changes."""
     part = slice(first - 1, generation)
     best = history["best"][part]
     spread = float(np.ptp(best[np.isfinite(best)])) if np.isfinite(best).any() else 0.0
     count = generation - first + 1
-    settled = []
+    same, settled = [], []
     for change in found:
-        away = np.abs(history[change.name][part] - change.last) > NEGLIGIBLE * spread
+        values = history[change.name][part]
+        away = np.abs(values - change.last) > NEGLIGIBLE * spread
         before = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
         # A term that settled in the last half of the search may just have converged.
         if count > 2 and before < count / 2:
-            when = f"since generation {first + before}" if before else "throughout"
-            settled.append(f"{change.name} {change.last:z.3f} {when}")
-    return (f"constant: {', '.join(settled)}",) if settled else ()
+            when = f"since generation {first + before}"
+            moved = float(np.ptp(values[before:]))
+            if moved:
+                bound = f"{upper_bound(moved):g} {unit}".rstrip()
+                settled.append(f"{change.name} by less than {bound} {when}")
+            else:
+                same.append(f"{change.name} {when}")
+    return (
+        *((f"unchanged: {', '.join(same)}",) if same else ()),
+        *((f"changed little compared with the score: {', '.join(settled)}",) if settled else ()),
+    )
+
+
+def upper_bound(value: float) -> float:
+    """Return the smallest number of two digits that is greater than a positive number."""
+    power = math.floor(math.log10(value)) - 1
+    digits = math.floor(value / 10.0**power)
+    while float(f"{digits}e{power}") <= value:
+        digits += 1
+    return float(f"{digits}e{power}")
 
 
 def _sum_of_names(terms: list[TermChange]) -> str:

@@ -46,7 +46,11 @@ def analysis_to_dict(
         **gait_to_dict(gait),
         "terms_over_time": _terms_over_time(individual),
         "terms_over_generations": changes,
-        "summary": list(summarise(individual.scored_terms, history, generation)),
+        "summary": list(
+            summarise(
+                individual.scored_terms, history, generation, individual.experiment.fitness.unit
+            )
+        ),
         "robustness": asdict(robustness) if robustness else None,
         "physics": _compare_bodies(individual, twin, "kinematic", "physical"),
         "engine": _compare_bodies(
@@ -97,6 +101,7 @@ def gait_to_dict(found: GaitAnalysis) -> dict[str, Any]:
         "warnings": list(found.warnings),
         "missing": list(found.missing),
         "frame_rate": found.frame_rate,
+        "trials": found.trials,
         "travel": asdict(found.travel),
         "effort": _effort(found.effort) if found.effort else None,
         **(

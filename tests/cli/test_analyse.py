@@ -85,7 +85,10 @@ def test_the_output_fits_80_columns(gaitsim, spider, monkeypatch):
 
 def test_the_diagram_shows_the_contacts_of_the_feet(gaitsim, spider):
     shown = gaitsim("analyse", "spider", "--gait", GAITS / "alternating-tetrapod.npz").stdout
-    assert "Gait: alternating tetrapod, 0.000 cycles from alternating tetrapod" in shown
+    assert (
+        "Gait: alternating tetrapod, the feet touch down within 0.000 cycles (rms) of this pattern"
+        in shown
+    )
     rows = dict(line.split() for line in shown.splitlines() if re.match(r"[LR]\d [█·]+$", line))
     assert list(rows) == ["L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4"]
     assert set(map(len, rows.values())) == {48}  # two strides of 24 frames

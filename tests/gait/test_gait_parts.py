@@ -101,7 +101,7 @@ def test_four_legs_walk_trot_pace_and_bound():
         "trot": [0, 0.5, 0.5, 0],
         "pace": [0, 0, 0.5, 0.5],
         "bound": [0, 0.5, 0, 0.5],
-        "in-phase hop": [0.2] * 4,
+        "in-phase": [0.2] * 4,
     }.items():
         assert nearest(np.array(phases), pairs(2))[0].name == name
 

@@ -1,17 +1,25 @@
 """Terms over time and in words; the same gait under other conditions."""
 
+import re
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 import pytest
+from hypothesis import given, strategies as st
 
 from gaitsim.contracts import Channel, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.gait.gait_files import GaitFile, play_gait
 from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness, mirrored_joints
-from gaitsim.gait.score_breakdown import cut_motion, summarise, term_changes, terms_over_time
+from gaitsim.gait.score_breakdown import (
+    cut_motion,
+    summarise,
+    term_changes,
+    terms_over_time,
+    upper_bound,
+)
 from gaitsim.individual import Individual
 
 
@@ -116,8 +124,23 @@ def test_terms_change_since_the_fitness_changed():
     }
     first, (change, _) = term_changes(history, 5)
     assert (first, change.first) == (3, 1)
-    assert "b 0.000 throughout" in str(summarise({"a": 4.0, "b": 0.0}, history, 5))
+    assert summarise({"a": 4.0, "b": 0.0}, history, 5)[-1] == "unchanged: b since generation 3"
     assert term_changes(history, 2)[0] == 1
+
+
+def test_the_change_of_a_settled_term_is_below_the_stated_bound():
+    settled = np.array([-2.0, -0.02, -0.031, -0.0201, -0.02, -0.02, -0.02])
+    history = columns(a=[0.0, 1, 2, 3, 4, 5, 9], b=settled)
+    said = summarise({"a": 9.0, "b": -0.02}, history, 7, "m")[-1]
+    found = re.fullmatch(r".*: b by less than (\S+) m since generation 2", said)
+    assert np.ptp(settled[1:]) < float(found[1]) <= 1.1 * np.ptp(settled[1:])
+
+
+@given(st.floats(1e-12, 1e12))
+def test_upper_bounds_have_two_digits(value):
+    bound = upper_bound(value)
+    assert value < bound <= 1.1 * value * (1 + 1e-9)
+    assert float(f"{bound:.1e}") == bound
 
 
 def test_joints_find_their_partners():

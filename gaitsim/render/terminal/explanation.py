@@ -59,7 +59,9 @@ def explanation(
         yield Passage(title, warning=f"Terms over time are not available: {error.what}")
     if individual.best_of:
         yield _terms_over_generations(individual, history)
-    sentences = summarise(individual.scored_terms, history, individual.best_of)
+    sentences = summarise(
+        individual.scored_terms, history, individual.best_of, individual.experiment.fitness.unit
+    )
     if sentences:
         yield Passage(notes=tuple(f"• {sentence.replace(' -', ' −')}" for sentence in sentences))
 
@@ -72,7 +74,8 @@ def travel_and_stability(gait: GaitAnalysis) -> Passage:
     )
     notes = tuple(f"Not available: {missing}." for missing in gait.missing)
     columns = ("measure", "value", "", "meaning")
-    return Passage(columns=columns, rows=rows, numbers=("value",), notes=notes)
+    title = f"Means over {gait.trials} trials" if gait.trials > 1 else ""
+    return Passage(title, columns=columns, rows=rows, numbers=("value",), notes=notes)
 
 
 def compare_with_twin(individual: Individual, twin: Individual) -> Passage:
