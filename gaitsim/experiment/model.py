@@ -231,7 +231,7 @@ class Evolution(BaseModel):
     )
     keep_every: int | None = option(
         None,
-        "keep the whole population of every so many generations, to export its motions; none: "
+        "keep the whole population at this interval, to export its motions; none: "
         "keep only the last population",
         unit="generations",
         ge=1,

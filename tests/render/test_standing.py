@@ -1,4 +1,4 @@
-"""In every picture, feet that are marked as standing are on the ground."""
+"""Feet that are marked as standing are on the ground, in every kind of picture."""
 
 from typing import NamedTuple
 

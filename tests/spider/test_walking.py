@@ -330,7 +330,7 @@ def test_the_skeleton_rests_on_the_ground_and_moves_with_the_body(encoding: str)
 
 
 def test_the_skeleton_leans_as_far_as_the_resting_plane() -> None:
-    """In still intervals, the plane of a frame is that of the interval after it."""
+    """The plane of a frame is that of the interval after it, if the joints are still."""
     spider = Spider()
     genomes = spider.genome_space().random(20, np.random.default_rng(3))
     poses = spider.move(genomes)["joint_angles"][:, 7:10]

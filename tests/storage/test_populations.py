@@ -1,4 +1,4 @@
-"""A run keeps the whole population of every so many generations."""
+"""A run keeps whole populations at an interval of generations."""
 
 from dataclasses import replace
 
