@@ -54,6 +54,7 @@ EXTRAS = {
     "--format tensorboard": "tensorboardX",
     "--format rosbag2": "rosbags",
     "--dask": "distributed",
+    ".parquet": "pyarrow",
     "gaitsim serve": "textual_serve",
 }
 """Modules that some options need."""
