@@ -62,7 +62,7 @@ def test_generations_and_components_are_chosen(gaitsim, finished, tmp_path):
         *("--component", "elbow", "--generations", "1,5", "--out", "a.svg"),
     )
     drawn = (tmp_path / "a.svg").read_text()
-    for text in ("generation 1", "generation 5", "joint angles elbow (rad)"):
+    for text in ("generation 1", "generation 5", "joint angles elbow (°)"):
         assert f">{text}</text>" in drawn
 
 

@@ -278,7 +278,7 @@ EXTENTS = """() => {
 
 @pytest.mark.parametrize("depth", [0, 500])
 def test_the_champion_is_followed_closely_however_far_others_are(show, depth):
-    """In coordinates from −1 to 1, all bodies are large at the start, and the champion always."""
+    """All bodies are large at the start, and the champion always, in coordinates from −1 to 1."""
     clips = [
         falling(depth, tag="generation 1", score=-3.0),
         falling(0.5, tag="generation 2", score=9.0),
