@@ -337,7 +337,7 @@ def test_plots_are_figures_that_notebooks_show(evolved_search: gs.RunningSearch)
         evolved_search.run.plot("footfal")
 
 
-def test_reprs_are_short_lines(evolved_search: gs.RunningSearch) -> None:
+def test_reprs_are_short_lines(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
     assert evolved_search.last is not None
     best = evolved_search.last.scores.max()
     assert repr(evolved_search.last).startswith(f"Generation(number=4, best={best:.4g}, mean=")
@@ -354,7 +354,16 @@ def test_reprs_are_short_lines(evolved_search: gs.RunningSearch) -> None:
         evolved_search.champion,
     ):
         assert len(repr(thing)) < 300
-    for thing in (evolved_search.last.evaluation, gs.Challenge.read(evolved_search.run.share())):
+    assert evolved_search.champion is not None
+    for thing in (
+        evolved_search.last.evaluation,
+        gs.Challenge.read(evolved_search.run.share()),
+        evolved_search.champion.skeleton,
+        evolved_search.experiment.space(),
+        gs.BitSpace([f"bit {n}" for n in range(300)]),
+        gs.evolve("spider-front", generations=1, population=8).members,
+        gs.export(evolved_search.champion, tmp_path / "gait.csv"),
+    ):
         assert len(repr(thing)) < 200
     console = Console(width=80, file=StringIO())
     console.print(evolved_search.last)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts.conditions import Terrain
 from gaitsim.contracts.rig import SkeletonError, Solid
 from gaitsim.errors import nearest
-from gaitsim.repr_mixin import TableMixin
+from gaitsim.repr_mixin import ReprField, ReprMixin, TableMixin
 
 Array = NDArray[Any]
 
@@ -196,8 +196,8 @@ class Measure:
         return self.source() if callable(self.source) else self.source
 
 
-@dataclass(frozen=True, eq=False)
-class Skeleton:
+@dataclass(frozen=True, eq=False, repr=False)
+class Skeleton(ReprMixin):
     """The geometry of one individual over time, for drawing: line segments and optional solids.
 
     Args:
@@ -262,6 +262,16 @@ class Skeleton:
             len(profile) and np.isfinite(profile).all() and (np.diff(profile[:, 0]) > 0).all()
         ):
             raise SkeletonError("Skeleton.ground must have finite corners in ascending order of x")
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "frames": len(self.segments),
+            "frame_rate": self.frame_rate,
+            "segments": len(self.names),
+            "contacts": 0 if self.contacts is None else self.contacts.shape[1],
+            "solids": len(self.solids),
+            "damaged": ", ".join(self.damaged),
+        }
 
     @property
     def path(self) -> NDArray[np.floating[Any]]:

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts.motion import Array, Motion
 from gaitsim.contracts.plugin import Plugin, option
 from gaitsim.contracts.space import BitSpace, Genomes, GenomeSpace, RealSpace
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 
 class Fitness(Plugin):
@@ -182,8 +183,8 @@ class Results:
     values: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, eq=False)
-class Members:
+@dataclass(frozen=True, eq=False, repr=False)
+class Members(ReprMixin):
     """The individuals that a search keeps: a Pareto front, or the elites of an archive.
 
     Attributes:
@@ -204,6 +205,10 @@ class Members:
     cells: NDArray[np.int64] | None = None
     borders: Mapping[str, NDArray[np.float64]] | None = None
     centroids: NDArray[np.float64] | None = None
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        best = float(self.scores.max()) if len(self.scores) else ""
+        return {"members": len(self.scores), "best": best, "values": ", ".join(self.values)}
 
 
 class Operators(Protocol):

@@ -1,7 +1,7 @@
 """Genome spaces: the sets of genomes that bodies accept."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -9,12 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.portable import standard_normal, uniform
+from gaitsim.repr_mixin import ReprField, ReprMixin
 
 Genomes = NDArray[Any]
 """Genomes of shape (population, genes), in the dtype of the genome space."""
 
 
-class GenomeSpace(ABC):
+class GenomeSpace(ReprMixin, ABC):
     """A set of valid genomes, all of the same length and dtype.
 
     Attributes:
@@ -51,11 +52,15 @@ class GenomeSpace(ABC):
         It is about 0.29 for uniformly distributed real genes and about 0.5 for random bits.
         """
 
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        labels = ", ".join(self.labels[:3]) + ", …" * (self.genes > 3)
+        return {"genes": self.genes, "labels": labels}
+
     def _has_form(self, genomes: Genomes) -> bool:
         return genomes.ndim == 2 and genomes.shape[1] == self.genes and genomes.dtype == self.dtype
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class RealSpace(GenomeSpace):
     """Genomes of real numbers between bounds.
 
@@ -134,7 +139,7 @@ class RealSpace(GenomeSpace):
         return float(np.mean(np.std(genomes, axis=0) / self.width))
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BitSpace(GenomeSpace):
     """Genomes of bits, each 0 or 1 as uint8.
 
