@@ -12,9 +12,10 @@ CLOSE = 1e-6  # m
 
 
 def spider_frames(body, motion, skeleton):
-    x, y, yaw = motion["pose"][1].astype(float).T
-    height = skeleton.segments[:, :4, :, 2].mean(axis=(1, 2))  # of the flat outline
-    return np.stack([x, y, height], axis=1), Rotation.from_euler("z", yaw[:, None])
+    corners = skeleton.segments[:, :4, 0]  # front left, front right, back right, back left
+    forward, left = corners[:, 0] - corners[:, 3], corners[:, 0] - corners[:, 1]
+    axes = [forward / 0.20, left / 0.14, np.cross(forward, left) / (0.20 * 0.14)]
+    return corners.mean(axis=1), Rotation.from_matrix(np.stack(axes, axis=2))
 
 
 def walker_frames(body, motion, skeleton):
