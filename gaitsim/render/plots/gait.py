@@ -114,5 +114,5 @@ def _draw_phases(
     if not len(known):
         axes.text(0.5, 0.5, "no stride", transform=axes.transAxes, ha="center")
     elif gait.name.distance is not None:
-        away = f"rms distance to the nearest\nreference gait (lines): {gait.name.distance:.2f}"
+        away = f"rms distance to the reference\ngait (lines): {gait.name.distance:.2f} cycles"
         axes.set_xlabel(away)
