@@ -45,7 +45,7 @@ def data_frame(columns: Mapping[str, NDArray[Any]]) -> DataFrame:
 
 def motion_frame(individual: Individual) -> DataFrame:
     """Return all channels of a motion as a DataFrame; see `Individual.to_pandas`."""
-    return data_frame(motion_columns([individual]))
+    return data_frame(motion_columns(individual))
 
 
 def plot(

@@ -1,6 +1,6 @@
-"""All channels of the motions of individuals, as columns of a table or as arrays."""
+"""All channels of motions, as columns of a table or as arrays."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from itertools import product
 from typing import Any
 
@@ -13,39 +13,20 @@ from gaitsim.individual import Individual
 from gaitsim.registry import contract_error
 
 Columns = dict[str, NDArray[Any]]
+Place = Mapping[str, int]
 
 
-def motion_columns(
-    individuals: Iterable[Individual], places: Sequence[Mapping[str, int]] = ()
-) -> Columns:
-    """Return the motions as columns, with a row for each frame of each trial of an individual.
+def motion_columns(individual: Individual, place: Place | None = None) -> Columns:
+    """Return a motion as columns, with a row for each frame of each trial.
 
-    The first columns say where a row belongs: `generation`, `member` or `individual`, `score`,
+    The first columns say where a row belongs: `generation`, `member` or those of `place`, `score`,
     `trial`, `frame` and `time (s)`. Each further column is an entry of a channel with its unit,
     such as `feet L1 x (m)`. A channel that has one value per gait has it in all rows.
 
     Args:
-        individuals: individuals of any bodies; columns that a body does not have are NaN.
-        places: further columns that tell the individuals apart, with a value for each individual.
+        individual: individual of any body.
+        place: further columns that tell individuals apart, such as their number in a population.
     """
-    parts = [
-        _columns_of(one, places[index] if places else {}) for index, one in enumerate(individuals)
-    ]
-    names = dict.fromkeys(name for part in parts for name in part)
-    rows = [len(part["frame"]) for part in parts]
-    return {
-        name: np.concatenate(
-            [
-                part[name] if name in part else np.full(count, np.nan)
-                for part, count in zip(parts, rows, strict=True)
-            ]
-        )
-        for name in names
-    }
-
-
-def _columns_of(individual: Individual, place: Mapping[str, int]) -> Columns:
-    """Return the columns of one individual, with the rows of each trial in turn."""
     channels = individual.experiment.organism.channels
     values = {name: read_values(individual, name) for name in channels}
     lengths = {len(values[name]) for name, one in channels.items() if one.over_time} or {1}
@@ -61,7 +42,7 @@ def _columns_of(individual: Individual, place: Mapping[str, int]) -> Columns:
     found: Columns = {"generation": np.full(rows, individual.generation)}
     if individual.member is not None:
         found["member"] = np.full(rows, individual.member.number)
-    found |= {name: np.full(rows, value) for name, value in place.items()}
+    found |= {name: np.full(rows, value) for name, value in (place or {}).items()}
     found["score"] = np.full(rows, individual.score)
     if trials > 1:
         found["trial"] = np.repeat(np.arange(1, trials + 1), frames)
@@ -94,41 +75,47 @@ def _by_row(
 
 
 def motion_arrays(
-    individuals: Sequence[Individual], places: Sequence[Mapping[str, int]] = ()
+    individuals: Iterable[tuple[Individual, Place]],
 ) -> tuple[Columns, dict[str, Any]]:
-    """Return the motions as arrays by channel, each (individuals, …), and their description.
+    """Return motions as arrays by channel, each (individuals, …), and their description.
 
     The description has the frame rate, and the axes, unit and meaning of each channel. The arrays
-    `generation`, `member` or `individual`, and `score` are (individuals,); `time`, in seconds, is
-    (frames,).
+    `generation`, `member` or those of the places, and `score` are (individuals,); `time`, in
+    seconds, is (frames,).
+
+    Args:
+        individuals: at least one individual, each with its place as in `motion_columns`.
 
     Raises:
         GaitsimError: the motions have different shapes.
     """
-    first = individuals[0]
-    channels = first.experiment.organism.channels
-    found: Columns = {"generation": np.array([one.generation for one in individuals])}
-    if first.member is not None:
-        found["member"] = np.array([one.member.number if one.member else 0 for one in individuals])
-    for name in places[0] if places else ():
-        found[name] = np.array([place[name] for place in places])
-    found["score"] = np.array([one.score for one in individuals])
+    found: dict[str, list[Any]] = {}
     about: dict[str, Any] = {}
-    frames = 1
-    for name, channel in channels.items():
-        each = [read_values(one, name) for one in individuals]
-        check_numbers(first, name, each[0])
-        if len({values.shape for values in each}) > 1:
-            raise GaitsimError(
-                f"the channel {name!r} has different shapes for different individuals",
-                allowed=".csv and .parquet, which have a row for each frame",
-            )
-        found[name] = np.stack(each)
-        frames = len(each[0]) if channel.over_time else frames
-        names = iter(entries_of(first, channel, each[0].shape))
-        axes = ["frame" if axis == "frames" else [*next(names)] for axis in channel.axes]
-        unit = channel.unit if isinstance(channel.unit, str) else [*channel.unit]
-        about[name] = {"axes": ["individual", *axes], "unit": unit, "meaning": channel.help}
-    rate = first.motion.frame_rate
-    found["time"] = np.arange(frames) / rate
-    return found, {"frame_rate": rate, "channels": about}
+    frames, rate = 1, 1.0
+    for individual, place in individuals:
+        one: dict[str, Any] = {"generation": individual.generation}
+        if individual.member is not None:
+            one["member"] = individual.member.number
+        one |= {**place, "score": individual.score}
+        channels = individual.experiment.organism.channels
+        for name, channel in channels.items():
+            one[name] = values = read_values(individual, name)
+            check_numbers(individual, name, values)
+            if found and (name not in found or found[name][0].shape != values.shape):
+                raise GaitsimError(
+                    f"the channel {name!r} has another shape in {individual.label}",
+                    allowed=".csv and .parquet, which have a row for each frame",
+                )
+            if not found:
+                frames = len(values) if channel.over_time else frames
+                names = iter(entries_of(individual, channel, values.shape))
+                axes = ["frame" if axis == "frames" else [*next(names)] for axis in channel.axes]
+                unit = channel.unit if isinstance(channel.unit, str) else [*channel.unit]
+                axes = ["individual", *axes]
+                about[name] = {"axes": axes, "unit": unit, "meaning": channel.help}
+        rate = individual.motion.frame_rate
+        for name, value in one.items():
+            found.setdefault(name, []).append(value)
+    arrays = {name: np.array(values) for name, values in found.items()}
+    arrays["time"] = np.arange(frames) / rate
+    return arrays, {"frame_rate": rate, "channels": about}

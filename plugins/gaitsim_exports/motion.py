@@ -1,9 +1,10 @@
 """Motions of one or many individuals, all channels, as .npz, .csv or .parquet."""
 
 import csv
-import io
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +12,13 @@ import numpy as np
 from gaitsim.contracts import Subject
 from gaitsim.errors import GaitsimError, not_installed
 from gaitsim.gait.gait_files import check_folder
-from gaitsim.gait.motion_table import Columns, motion_arrays, motion_columns
+from gaitsim.gait.motion_table import Columns, Place, motion_arrays, motion_columns
 from gaitsim.individual import Individual
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import replacing
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import populations
 
-Places = Mapping[str, int]
+_GROUP = 100  # individuals in a row group of Parquet
 
 
 def write_motion(subject: Subject, path: Path, every: int | None, population: str | None) -> str:
@@ -41,33 +42,29 @@ def write_motion(subject: Subject, path: Path, every: int | None, population: st
         _check_pyarrow()
     if every is not None and population is not None:
         raise GaitsimError("--every and --population cannot be combined", allowed="one of the two")
-    found = [*_individuals(subject, every, population)]
-    individuals = [individual for individual, _ in found]
-    places = [place for _, place in found]
-    subject.begin(len(individuals))
-    for individual in individuals:
-        _ = individual.motion
-        subject.advance(1)
-    if suffix == ".npz":
-        arrays, about = motion_arrays(individuals, places)
-        write_bytes(path, _npz(arrays, json.dumps(about, ensure_ascii=False)))
-        size = f"{len(about['channels'])} channels"
-    else:
-        columns = motion_columns(individuals, places)
-        write_bytes(path, _csv(columns) if suffix == ".csv" else _parquet(columns))
-        size = f"{len(columns['frame']):,} rows × {len(columns)} columns"
-    plural = "s" * (len(individuals) != 1)
-    rate = individuals[0].motion.frame_rate
-    return f"{len(individuals):,} individual{plural}, {size} at {rate:g} Hz"
+    count, individuals = _individuals(subject, every, population)
+    subject.begin(count)
+    moved = _advancing(individuals, subject)
+    with replacing(path) as partial:
+        if suffix == ".npz":
+            arrays, about = motion_arrays(moved)
+            text = np.array(json.dumps(about, ensure_ascii=False))
+            with partial.open("wb") as file:
+                np.savez_compressed(file, allow_pickle=False, about=text, **arrays)
+            size = f"{len(about['channels'])} channels"
+        else:
+            write = _write_csv if suffix == ".csv" else _write_parquet
+            rows, columns = write(partial, _tables(moved))
+            size = f"{rows:,} rows × {columns} columns"
+    return f"{count:,} individual{'s' * (count != 1)}, {size}"
 
 
 def _individuals(
     subject: Subject, every: int | None, population: str | None
-) -> Iterator[tuple[Individual, Places]]:
-    """Yield the individuals, each with its number in its population, if that is written."""
+) -> tuple[int, Iterator[tuple[Individual, Place]]]:
+    """Return the number of individuals, and each with its number in its population."""
     if every is None and population is None:
-        yield from ((individual, {}) for individual in subject.individuals)
-        return
+        return len(subject.individuals), ((individual, {}) for individual in subject.individuals)
     if not isinstance(subject.run, RunSnapshot):
         raise GaitsimError(
             "the options every and population need a whole run, not one individual",
@@ -81,9 +78,16 @@ def _individuals(
             raise GaitsimError(
                 f"no generation to export: the run has {run.generation}", where="--every"
             )
-        yield from ((run.individual(number), {}) for number in numbers)
-        return
-    for generation in populations(run, _generations(population or "", run.generation)):
+        return len(numbers), ((run.individual(number), {}) for number in numbers)
+    numbers = sorted({*_generations(population or "", run.generation)})
+    sizes = [run.stage_at(number).outline for number in numbers]
+    count = sum(one.evolution.population * one.islands.number for one in sizes)
+    return count, _whole(run, numbers)
+
+
+def _whole(run: RunSnapshot, numbers: Sequence[int]) -> Iterator[tuple[Individual, Place]]:
+    """Yield all individuals of some generations."""
+    for generation in populations(run, numbers):
         experiment = run.experiment_at(generation.number)
         for index, genome in enumerate(generation.genomes):
             individual = Individual(
@@ -95,6 +99,14 @@ def _individuals(
                 run.path,
             )
             yield individual, {"individual": index + 1}
+
+
+def _advancing(
+    individuals: Iterable[tuple[Individual, Place]], subject: Subject
+) -> Iterator[tuple[Individual, Place]]:
+    for one in individuals:
+        yield one
+        subject.advance(1)
 
 
 def _generations(text: str, last: int) -> list[int]:
@@ -117,18 +129,32 @@ def _generations(text: str, last: int) -> list[int]:
     return found
 
 
-def _npz(arrays: Columns, about: str) -> bytes:
-    file = io.BytesIO()
-    np.savez_compressed(file, allow_pickle=False, about=np.array(about), **arrays)
-    return file.getvalue()
+def _tables(individuals: Iterable[tuple[Individual, Place]]) -> Iterator[Columns]:
+    """Yield the columns of each individual, which must be the same for all."""
+    names: list[str] = []
+    for individual, place in individuals:
+        columns = motion_columns(individual, place)
+        names = names or [*columns]
+        if names != [*columns]:
+            raise GaitsimError(
+                f"{individual.label} has other channels than the first individual",
+                allowed="individuals of the same body",
+                remedy="export the stages of the run to different files",
+            )
+        yield columns
 
 
-def _csv(columns: Columns) -> bytes:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(values.tolist() for values in columns.values()), strict=True))
-    return text.getvalue().encode()
+def _write_csv(path: Path, tables: Iterable[Columns]) -> tuple[int, int]:
+    """Write tables below each other, and return the numbers of rows and columns."""
+    rows, columns = 0, 0
+    with path.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        for table in tables:
+            if not rows:
+                writer.writerow(table)
+            writer.writerows(zip(*(values.tolist() for values in table.values()), strict=True))
+            rows, columns = rows + len(table["frame"]), len(table)
+    return rows, columns
 
 
 def _check_pyarrow() -> None:
@@ -138,10 +164,20 @@ def _check_pyarrow() -> None:
         raise not_installed("a .parquet file", "pyarrow", "pandas") from None
 
 
-def _parquet(columns: Columns) -> bytes:
+def _write_parquet(path: Path, tables: Iterable[Columns]) -> tuple[int, int]:
+    """Write tables below each other, and return the numbers of rows and columns."""
     import pyarrow
     from pyarrow import parquet
 
-    file = io.BytesIO()
-    parquet.write_table(pyarrow.table(columns), file, compression="zstd")
-    return file.getvalue()
+    rows, columns = 0, 0
+    with ExitStack() as resources:
+        writer = None
+        made = map(pyarrow.table, tables)
+        while some := [*islice(made, _GROUP)]:
+            group = pyarrow.concat_tables(some)
+            if writer is None:
+                writer = parquet.ParquetWriter(path, group.schema, compression="zstd")
+                resources.callback(writer.close)
+            writer.write_table(group)
+            rows, columns = rows + group.num_rows, group.num_columns
+    return rows, columns

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import gaitsim as gs
-from gaitsim.contracts import Channel, Motion
+from gaitsim.contracts import Channel, Motion, Subject
 from gaitsim.gait.motion_table import motion_arrays, motion_columns
+from gaitsim_exports.motion import write_motion
 
 SHORT = {
     "spider": {},
@@ -58,31 +59,31 @@ def test_pandas_reads_the_motion_of_every_body(preset, tmp_path):
 
 def test_columns_have_the_values_of_the_channels():
     spider, fly = individual("spider"), individual("fly")
-    columns = motion_columns([spider])
+    columns = motion_columns(spider)
     feet = spider.motion["feet"][0]
     names = spider.skeleton.contact_names
     assert np.array_equal(columns[f"feet {names[3]} z (m)"], feet[:, 3, 2])
     assert np.array_equal(columns["pose yaw (rad)"], spider.motion["pose"][0, :, 2])
     assert columns[f"stance {names[0]}"].dtype == bool
     assert set(columns["stride_frequency (Hz)"]) == set(spider.motion["stride_frequency"])
-    columns = motion_columns([fly])
+    columns = motion_columns(fly)
     second = columns["trial"] == 2
     position = fly.motion["position"][0]
     assert np.array_equal(columns["position z (m)"][second], position[:, 1, 2])
     assert np.array_equal(columns["frame"][second], np.arange(len(position)))
 
 
-def test_individuals_of_different_bodies_are_in_one_table():
-    columns = motion_columns([individual("spider"), individual("millipede")])
-    assert len(columns["frame"]) == 600
-    assert np.isnan(columns["slope (rad)"][300:].astype(float)).all()
-    assert np.isfinite(columns["pose x (m)"]).all()
+def test_individuals_of_different_bodies_are_not_in_one_table(tmp_path):
+    subject = Subject(None, (individual("spider"), individual("millipede")))
+    with pytest.raises(gs.GaitsimError, match="has other channels than the first"):
+        write_motion(subject, tmp_path / "a.csv", None, None)
+    assert not [*tmp_path.iterdir()]
 
 
 def test_arrays_have_axes_and_units(tmp_path):
     fly = individual("fly")
     said = gs.export(fly, tmp_path / "fly.npz", "motion").summary
-    assert said == "1 individual, 7 channels at 100 Hz"
+    assert said == "1 individual, 7 channels"
     with np.load(tmp_path / "fly.npz") as file:
         found, about = dict(file), json.loads(str(file["about"]))
     assert np.array_equal(found["position"][0], fly.motion["position"][0])
@@ -97,17 +98,21 @@ def test_arrays_have_axes_and_units(tmp_path):
     assert about["frame_rate"] == 100
 
 
-def test_arrays_of_different_lengths_name_the_formats_for_them(monkeypatch):
+def test_arrays_of_different_lengths_name_the_formats_for_them(monkeypatch, tmp_path):
     short, long = individual("walker"), individual("walker")
     whole = long.motion
     cut = {name: values[:, :-1] if values.ndim > 1 else values for name, values in whole.items()}
     channels = {"height": Channel(("frames",), "m", "of the torso")}
     monkeypatch.setattr(type(short.experiment.organism), "channels", channels)
     monkeypatch.setitem(vars(short), "motion", Motion(whole.frame_rate, cut))
-    with pytest.raises(gs.GaitsimError, match="'height' has different shapes") as error:
-        motion_arrays([short, long])
+    with pytest.raises(
+        gs.GaitsimError, match="'height' has another shape in generation 7"
+    ) as error:
+        motion_arrays([(short, {}), (long, {})])
     assert "parquet" in error.value.allowed
-    assert len(motion_columns([short, long])["frame"]) == 2 * len(whole["height"][0]) - 1
+    subject = Subject(None, (short, long))
+    said = write_motion(subject, tmp_path / "a.csv", None, None)
+    assert said == f"2 individuals, {2 * len(whole['height'][0]) - 1:,} rows × 5 columns"
 
 
 def test_whole_populations_are_exported(gaitsim, finished, tmp_path):
