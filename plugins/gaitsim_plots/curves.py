@@ -81,12 +81,14 @@ def terms_figure(
         if scale == "share":
             label = "share of all gains and losses"
             panels[0].yaxis.set_major_formatter(PercentFormatter(1.0))
-        elif scale == "own" and len(names) > 1:
-            label += "; scales differ"
         figure.supylabel(label, fontsize=8)
         add_heading(
             figure,
-            heading_of_run(run.path.resolve().name, run.experiment),
+            heading_of_run(
+                run.path.resolve().name,
+                run.experiment,
+                ", scales differ" if scale == "own" and len(names) > 1 else "",
+            ),
             *panels[0].get_legend_handles_labels(),
         )
     return figure

@@ -31,7 +31,7 @@ _SEPARATE = 1.15  # distance between drawn bodies, as a share of their size
 # the body would hide it.
 _STILL, _HIDDEN = 0.01, 0.1
 _MIN_EXTENT = 1e-6  # m; anything smaller is a point
-_MIN_RATIO = 0.16, 0.4  # minimum height over width of a panel, and minimum width over height
+_SLIM, _FLAT = 0.4, 0.16  # minimum ratios of the sides of a panel; flat panels are above each other
 _TALL = 1.5  # ratio of height to width from which the panels are side by side
 _MARGIN = 0.06  # margin in a panel, as a share of its larger side
 _SHADES = 48  # number of shades of a path, from its start to its end
@@ -93,13 +93,13 @@ def path_figure(
         for axes, (title, shown) in zip(panels, views.items(), strict=True):
             _draw_view(axes, scene, shown, theme)
             axes.set_title(title, fontsize=7, pad=2)
+        if not len(scene.at):
+            panels[0].set_title(f"{next(iter(views))}; body not drawn", fontsize=7, pad=2)
         handles, labels = panels[0].get_legend_handles_labels()
         if (trials := count_trials(individual)) > 1:
             labels[0] += f", first of {trials} trials"
         text = heading_of([individual])
-        if not len(scene.at):
-            labels[0] += f" (body, {scene.size:.2g} m, not drawn)"
-        elif scene.factor > 1:
+        if scene.factor > 1:
             text += f"; body × {scene.factor:g}"
         add_heading(figure, text, handles, labels)
     return figure
@@ -155,8 +155,10 @@ def _panels(scene: PathScene, views: list[tuple[int, int]]) -> tuple["Figure", "
     sizes = []
     for shown in views:
         size = extent[[*shown]] + 2 * _MARGIN * extent[[*shown]].max()
-        sizes.append(np.maximum(size, size[::-1] * np.array(_MIN_RATIO[::-1])))
+        sizes.append(size)
     tall = sizes[-1][1] > _TALL * sizes[-1][0]
+    least = np.array([_SLIM, _SLIM if tall else _FLAT])
+    sizes = [np.maximum(size, size[::-1] * least) for size in sizes]
     inches = 2.75
     if tall:
         figure = Figure(figsize=(WIDTH, 4.0))
@@ -173,7 +175,7 @@ def _panels(scene: PathScene, views: list[tuple[int, int]]) -> tuple["Figure", "
         across, up = ("xyz"[axis] for axis in shown)
         axes.set_xlabel(f"{across} ({unit})")
         axes.set_ylabel(f"{up} ({unit})")
-        axes.set_aspect("equal", adjustable="box", anchor="W" if not tall else "C")
+        axes.set_aspect("equal", adjustable="box", anchor="N" if tall else "W")
     return figure, panels
 
 
