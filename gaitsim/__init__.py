@@ -89,7 +89,6 @@ _GUESSED = {
     "resume": "load(NAME).resume()",
     "run": "evolve(PRESET) to evolve, gaitsim.load(NAME) to open a run",
     "to_pandas": "load(NAME).to_pandas()",
-    "verify_code": "verify(CODE)",
     "video": "load(NAME).video(PATH)",
 }
 

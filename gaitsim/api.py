@@ -7,7 +7,7 @@ import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -235,35 +235,55 @@ def presets() -> Table[str]:
     return Table(f"{len(rows)} presets", [row["preset"] for row in rows], rows)
 
 
-def analyse(subject: "Individual | Run") -> GaitAnalysis:
-    """Return the analysis of an individual's gait, or of a run's champion, as a table.
+Shown: TypeAlias = "Individual | Run | str | Path"
+"""An individual, or a run, its folder or its name under `runs/`."""
+
+
+def _opened(subject: Shown) -> "Individual | Run":
+    if isinstance(subject, Individual | Run):
+        return subject
+    if isinstance(subject, str | Path):
+        return load(subject)
+    raise GaitsimError(
+        f"a {type(subject).__name__} is neither a run nor an individual",
+        allowed="a run, its folder or its name, or an individual, such as run.champion",
+        remedy="use search.run or search.champion of a search",
+    )
+
+
+def analyse(subject: Shown) -> GaitAnalysis:
+    """Return the analysis of a gait as a table.
+
+    Args:
+        subject: an individual; or a run, its folder or its name under `runs/`, for its champion.
 
     Raises:
-        RunError: the run has no champion.
+        RunError: the run does not exist or has no champion.
         PluginError: the body cannot be moved or drawn.
     """
-    return subject.analyse()
+    return _opened(subject).analyse()
 
 
-def share(subject: "Individual | Run") -> str:
-    """Return the challenge code of an individual, or of a run's champion.
+def share(subject: Shown) -> str:
+    """Return the challenge code of an individual, which `verify` verifies on any machine.
+
+    Args:
+        subject: an individual; or a run, its folder or its name under `runs/`, for its champion.
 
     Raises:
         GaitsimError: the individual has no genome or score, or the code would be too large.
-        RunError: the run has no champion, or is damaged.
+        RunError: the run does not exist, has no champion, or is damaged.
     """
-    return subject.share()
+    return _opened(subject).share()
 
 
-def export(
-    subject: "Individual | Run", path: str | Path, format: str | None = None, **options: Any
-) -> Exported:
+def export(subject: Shown, path: str | Path, format: str | None = None, **options: Any) -> Exported:
     """Write an individual or a run to a file, as `gaitsim export` does.
 
     Args:
         subject: an individual, such as a run's champion, `run.replay(12)` or
-            `run.replay(world={...})`; or a run, for its champion or for a format that needs a
-            whole run, such as 'atlas'.
+            `run.replay(world={...})`; or a run, its folder or its name, for its champion or for a
+            format that needs a whole run, such as 'atlas'.
         path: path of the file, or of a folder for some formats, such as 'arduino' and 'rosbag2'.
         format: a format listed by `gaitsim export --help`, such as 'mat', 'motion', 'arduino' or
             'ros2'; None takes the format from the file's extension.
@@ -279,7 +299,7 @@ def export(
             exceeds the limits of the servos.
         RunError: the file cannot be written.
     """
-    return subject.export(path, format, **options)
+    return _opened(subject).export(path, format, **options)
 
 
 def verify(subject: "str | Path | Challenge | Individual | Run") -> Verdict | Checked:

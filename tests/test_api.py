@@ -95,7 +95,9 @@ def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch)
 def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
     run = evolved_search.run
     assert run.best.score == run.champion.score
-    assert run.champion.gait == run.analyse().name.name == gs.analyse(run).name.name
+    assert run.champion.gait == run.analyse().name.name == gs.analyse(str(run.path)).name.name
+    with pytest.raises(gs.GaitsimError, match="a RunningSearch is neither a run nor an indiv"):
+        gs.analyse(evolved_search)  # type: ignore[arg-type]
     assert repr(run.analyse()).startswith(f"Gait: {run.champion.gait}, ")
     assert isinstance(run.champion.plot("footfall"), Figure)
     assert isinstance(run.champion.plot(), Figure)

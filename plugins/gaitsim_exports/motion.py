@@ -11,6 +11,7 @@ import numpy as np
 
 from gaitsim.contracts import Subject
 from gaitsim.errors import GaitsimError, not_installed
+from gaitsim.gait.changed import with_changed_body
 from gaitsim.gait.gait_files import check_folder
 from gaitsim.gait.motion_table import Columns, Place, motion_arrays, motion_columns
 from gaitsim.individual import Individual
@@ -70,7 +71,23 @@ def _individuals(
             "the options every and population need a whole run, not one individual",
             remedy="use the run itself, from gaitsim.load()",
         )
-    run = subject.run
+    run, chosen = subject.run, subject.individuals
+    champion = run.individual()
+    if [(one.generation, one.member) for one in chosen] != [(champion.generation, None)]:
+        raise GaitsimError(
+            "generations or a member cannot be combined with --every or --population",
+            allowed="one of the two",
+        )
+    count, individuals = _of_run(run, every, population)
+    # The damage and the world that the user chose apply to all.
+    if changes := chosen[0].changes:
+        individuals = ((with_changed_body(one, changes), place) for one, place in individuals)
+    return count, individuals
+
+
+def _of_run(
+    run: RunSnapshot, every: int | None, population: str | None
+) -> tuple[int, Iterator[tuple[Individual, Place]]]:
     if every is not None:
         best = run.history["best"]
         numbers = [n for n in range(every, run.generation + 1, every) if np.isfinite(best[n - 1])]

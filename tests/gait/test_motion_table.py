@@ -132,6 +132,18 @@ def test_whole_populations_are_exported(gaitsim, finished, tmp_path):
     assert {line.split(",")[0] for line in lines[1:]} == {str(n) for n in range(1, last + 1)}
 
 
+def test_damage_applies_to_all_individuals(tmp_path):
+    for _ in gs.evolve("spider", generations=2, population=4, seed=1, out=tmp_path / "run"):
+        pass
+    run = gs.load(tmp_path / "run")
+    subject = Subject(run.snapshot, (run.replay(damage="L2 lost"),))
+    write_motion(subject, tmp_path / "a.npz", 1, None)
+    found = np.load(tmp_path / "a.npz")
+    assert found["score"].tolist() == [run.replay(n, damage="L2 lost").score for n in (1, 2)]
+    with pytest.raises(gs.GaitsimError, match="cannot be combined with --every"):
+        run.export(tmp_path / "b.npz", "motion", generations=[1, 2], every=1)
+
+
 def test_kept_populations_are_not_evolved_again(gaitsim, finished, tmp_path, monkeypatch):
     arguments = ("--generations", 5, "--set", "evolution.keep_every=2", "--out", "kept")
     gaitsim("run", "puppet.toml", *arguments)
