@@ -49,7 +49,7 @@ def test_an_organism_comes_with_a_fitness_and_an_experiment(tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["organism", "motion", "option", "np", "self", "class", "real-space"]
+    "name", ["organism", "genomes", "option", "np", "self", "class", "real-space"]
 )
 def test_names_that_mean_something_in_python_do_no_harm(tmp_path, name):
     folder = new_package(name, "organism", tmp_path)

@@ -300,7 +300,7 @@ REFUSED = {
         {"evolution.population": 8},
         ["population size of a run cannot change", "allowed: 6"],
     ),
-    "other labels": ({"organism.names": "abd"}, ["gene 3 is 'c', not 'd'", "labels "]),
+    "other labels": ({"organism.names": "abd"}, ["gene 3 is 'c', not 'd'"]),
     "more genes": (
         {"organism.names": "abcd"},
         ["has 3 genes of the kind 'real'", "allowed: 4 genes of the kind 'real'"],
