@@ -63,7 +63,7 @@ class MotionTable(Exporter):
     and units as JSON in `about`. Parquet needs the package pyarrow.
     """
 
-    title: ClassVar[str] = "All channels, for pandas and NumPy"
+    title: ClassVar[str] = "Motion as a table"
     group: ClassVar[str] = "The body in motion"
     note: ClassVar[str] = "all channels; .npz, .csv or .parquet"
     input: ClassVar["Input"] = "individuals"
