@@ -65,11 +65,9 @@ def plots() -> None:
     kinds = (
         "fitness",
         "terms",
-        "diversity",
         "genome",
         "runs",
         "footfall",
-        "phase",
         "joints",
         "stability",
     )
