@@ -168,6 +168,7 @@ def _body(individual: Individual, rig: Rig) -> Json:
     return {
         "clip": clip,
         "stand": max(stand, 0.0),
+        "rests": not experiment.organism.dynamic,
         "links": [
             {
                 "parent": index.get(link.parent, -1),

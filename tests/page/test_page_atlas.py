@@ -9,6 +9,7 @@ from javascript import CHROMIUM
 from gaitsim.errors import NothingToPlotError
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import load_experiment
+from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim_page.atlas import atlas_data, write_atlas
 from gaitsim_page.gaits import MAX_WAVE_ERROR, SETTLED, gaits_data, stride_of
@@ -142,9 +143,14 @@ def test_the_page_plays_gaits_without_network_requests(bundled, tmp_path):
         assert other != best
         page.evaluate("gaitsimPage.play(false); gaitsimPage.clock.now = 0; gaitsimPage._show()")
         assert page.evaluate(shown) != before
-        placed = run.experiment.organism.rig().place(angles[other, 0])
+        # At the start, the body is as in a drawing: it leans, with standing feet on the ground.
+        skeleton = run.individual(Member(other + 1)).skeleton
         feet = np.array(page.evaluate("gaitsimPage.body.pose.feet")).reshape(-1, 3)
-        assert np.ptp(feet - placed.feet, axis=0) == pytest.approx([0, 0, 0], abs=1e-5)
+        moved = feet - skeleton.contacts[0]
+        assert np.ptp(moved, axis=0) == pytest.approx([0, 0, 0], abs=1e-4)
+        down = np.array(page.evaluate("Array.from(gaitsimPage.body.pose.touching)"), bool)
+        assert down.sum() >= 3
+        assert np.ptp(feet[down, 2]) < 0.0025
         page.click("table button >> nth=1")
         ranked = np.argsort(-run.members.scores, kind="stable")
         assert page.evaluate("gaitsimPage.member") in ranked[:3]

@@ -94,7 +94,9 @@ function notesOf({ gaits, made, axes, count, body }) {
     words.push("The page cannot move this body, which lacks joint angles or links to move.");
   else {
     words.push(
-      "The body is held in place, with its lowest foot on the ground and its trunk level. The " +
+      (body.rests
+        ? "The body is held in place and leans as it rests on its feet. The "
+        : "The body is held in place, with its lowest foot on the ground and its trunk level. The ") +
         "score and the values show how far and how straight it goes; the picture does not.",
     );
     words.push(

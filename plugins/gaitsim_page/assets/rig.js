@@ -29,16 +29,52 @@ function product(one, other) {
   ];
 }
 
+const NUDGE = 1e-5; // m: on a line between two feet, all triangles with this side are equally high
+
+/**
+ * Return the rotation that lays the feet on which a body rests on the ground: the lowest triangle of
+ * feet under the trunk's middle, as in plugins/gaitsim_spider/walking.py.
+ * @param {number[][]} soles
+ */
+function resting(soles) {
+  const feet = soles.map(([x, y, z]) => [x - NUDGE, y - NUDGE, z]);
+  const area = (one, other) => one[0] * other[1] - one[1] * other[0];
+  let lowest = Infinity;
+  let turn = [1, 0, 0, 0];
+  feet.forEach((a, i) =>
+    feet.slice(i + 1).forEach((b, j) =>
+      feet.slice(i + j + 2).forEach((c) => {
+        const shares = [area(b, c), area(c, a), area(a, b)];
+        if (Math.min(...shares) < 0 && Math.max(...shares) > 0) return;
+        const whole = shares[0] + shares[1] + shares[2];
+        const height = (shares[0] * a[2] + shares[1] * b[2] + shares[2] * c[2]) / whole;
+        if (!(height < lowest)) return;
+        lowest = height;
+        const [u, v] = [b, c].map((foot) => foot.map((value, axis) => value - a[axis]));
+        // The area of the triangle seen from above is `whole`, so the normal is (nx, ny, 1).
+        const nx = (u[1] * v[2] - u[2] * v[1]) / whole;
+        const ny = (u[2] * v[0] - u[0] * v[2]) / whole;
+        const size = Math.hypot(nx, ny, 1);
+        const long = Math.hypot(1 + size, nx, ny);
+        turn = [(1 + size) / long, ny / long, -nx / long, 0];
+      }),
+    ),
+  );
+  return turn;
+}
+
 class Rig {
   /** @param {object} body body in the page's data, see atlas.py */
   constructor(body) {
     this.body = body;
     this.count = body.clip.ends.length ? Math.max(...body.clip.ends) + 1 : 0;
-    this.near = 0.01 * body.clip.span; // maximum height of feet on the ground, m
+    // Maximum height of feet on the ground, m.
+    this.near = (body.rests ? 0.004 : 0.01) * body.clip.span;
   }
 
   /**
-   * Place the body at joint angles, with its lowest foot on the ground and its trunk above 0.
+   * Place the body at joint angles, with its lowest foot on the ground and its trunk above 0. A
+   * body that rests on its feet leans; others are level.
    * @param {ArrayLike<number>} angles rad
    * @returns {object} a pose for gaitsim.Body
    */
@@ -63,6 +99,13 @@ class Rig {
     }
     const at = (link, point) =>
       rotated(turns[link], point).map((value, i) => value + places[link][i]);
+    if (this.body.rests) {
+      const lean = resting(feet.map(([link, point]) => at(link, point)));
+      places.forEach((place, link) => {
+        places[link] = rotated(lean, place);
+        turns[link] = product(lean, turns[link]);
+      });
+    }
     const soles = feet.map(([link, point]) => at(link, point));
     const ends = segments.flatMap(([link, one, other]) => [at(link, one), at(link, other)]);
     const low = Math.min(...(soles.length ? soles : ends).map(([, , z]) => z));
