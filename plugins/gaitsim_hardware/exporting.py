@@ -1,5 +1,6 @@
 """Export gaits to files that robots can play."""
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -91,7 +92,7 @@ def export_keyframes(
         summary = _write_sketch(sketch, path, keyframes, loop, speed)
     else:
         summary = _write_table(keyframes, calibration, format, path)
-    notices = (assumed, _clipped(keyframes))
+    notices = (assumed, _unchecked(calibration), _clipped(keyframes))
     return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
 
 
@@ -127,7 +128,8 @@ def export_controller(
         "sketch"
     )
     felt = needs_of(controller) & {"contacts", "load"}
-    notices = (assumed, _clipped(simulated), contacts if felt else "")
+    unchecked = _unchecked(calibration)
+    notices = (assumed, unchecked, _clipped(simulated), contacts if felt else "")
     return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
 
 
@@ -135,6 +137,18 @@ def feels(individual: Individual) -> bool:
     """Return whether reflexes or a driver changed the gait of an individual."""
     felt = getattr(individual.experiment.organism, "feels", False)
     return bool(felt) and individual.genome is not None
+
+
+def _unchecked(calibration: Calibration) -> str:
+    """Return a notice about servos in a calibration file whose speed is unknown; '' for none."""
+    names = [name for name, joint in calibration.joints.items() if joint.max_speed == math.inf]
+    if not (calibration.source and names):
+        return ""
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return (
+        f"the speed of the servo of {names[0]}{more} is unknown and was not checked: set 'servo' "
+        f"or 'speed' in {calibration.source}"
+    )
 
 
 def _clipped(keyframes: Keyframes) -> str:

@@ -46,6 +46,22 @@ def test_a_robot_stands_with_its_servos_at_their_centre(tmp_path):
     assert (tmp_path / "x.csv").read_text().splitlines()[1] == "0" + ",2048" * 12
 
 
+def test_a_notice_names_servos_whose_speed_is_not_checked(walker, tmp_path):
+    individual, file = walker(np.zeros((20, 4))), tmp_path / "robot.toml"
+    gs.export(individual, tmp_path / "walk", "arduino", calibration_template=file)
+    text = file.read_text()
+
+    def notices(text):
+        file.write_text(text)
+        return gs.export(individual, tmp_path / "walk", "arduino", calibration=file).notices
+
+    (notice,) = notices(text)
+    assert "and 3 more is unknown and was not checked" in notice
+    (notice,) = notices(text.replace('servo = ""', 'servo = "mg995"', 3))
+    assert "more" not in notice
+    assert notices(text.replace('servo = ""', "speed = 300.0")) == ()
+
+
 def test_unknown_formats_and_options_are_refused(walker, tmp_path):
     individual = walker(np.zeros((20, 4)))
     with pytest.raises(GaitsimError, match="unknown format 'arduno'"):
