@@ -21,7 +21,7 @@ from gaitsim.live.protocol import (
     top_individuals,
     write_snapshot,
 )
-from gaitsim.storage.files.folder import champion_file
+from gaitsim.storage.files.folder import CHAMPIONS, kept_file
 from gaitsim.storage.files.history import island_bests, row
 from gaitsim.storage.writer import RunWriter
 
@@ -127,7 +127,7 @@ class Reporter:
         if improved:
             self.event(number, "best", f"{progress.best_score:.4f}")
         if generation.is_champion:
-            self.event(number, "kept", champion_file(number))
+            self.event(number, "kept", kept_file(CHAMPIONS, number))
         self._wake.set()
 
     def event(self, generation: int, kind: EventKind, text: str) -> None:

@@ -10,7 +10,7 @@ from gaitsim.evolution import Generation, SearchProgress, advance
 from gaitsim.evolution.searching import figures
 from gaitsim.experiment import read_outline
 from gaitsim.storage.compatibility import out_of_bounds
-from gaitsim.storage.files.checkpoint import Checkpoint, read_champion, read_checkpoint
+from gaitsim.storage.files.checkpoint import KEPT, Champion, Checkpoint
 from gaitsim.storage.files.folder import (
     BESTS,
     CHECKPOINT,
@@ -18,10 +18,8 @@ from gaitsim.storage.files.folder import (
     HISTORY,
     ISLANDS,
     PREVIOUS,
-    champion_file,
-    kept_populations,
-    population_file,
-    saved_champions,
+    kept_file,
+    kept_generations,
 )
 from gaitsim.storage.files.history import best_terms, island_bests, islands_record, row
 from gaitsim.storage.files.records import NONE, chain_checksum, genomes_checksum, scores_checksum
@@ -108,8 +106,7 @@ def inconsistencies(run: RunSnapshot) -> dict[int, list[str]]:
         *_check_checkpoint(run, run.finished, CHECKPOINT),
         *_check_checkpoint(run, run.previous, PREVIOUS),
         *_check_progress(run),
-        *_check_champions(run),
-        *_check_populations(run),
+        *_check_kept(run),
     ):
         found.setdefault(generation, []).append(what)
     return dict(sorted(found.items()))
@@ -196,43 +193,33 @@ def _threshold(run: RunSnapshot) -> float | None:
     return before.threshold
 
 
-def _check_champions(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """Compare the champions with the bests and the history."""
-    for generation in saved_champions(run.path):
-        if generation > run.generation:
-            continue
-        name = champion_file(generation)
-        try:
-            champion = read_champion(run.path / name)
-        except CheckpointError as error:
-            yield generation, error.what
-            continue
-        best = run.bests[generation - 1]
-        if champion.generation != generation:
-            yield generation, f"{name} contains the champion of generation {champion.generation}"
-        if not np.array_equal(champion.genome, best["genome"]):
-            yield generation, f"the genomes in {name} and {BESTS} differ"
-        if champion.score != best["score"]:
-            yield generation, f"the scores in {name} and {BESTS} differ"
-        if champion.terms != best_terms(run.history, generation):
-            yield generation, f"the terms in {name} and {HISTORY} differ"
+def _check_kept(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+    """Compare the kept champions and populations with the other files."""
+    for subfolder, read in KEPT.items():
+        for generation in kept_generations(run.path, subfolder, run.generation):
+            name = kept_file(subfolder, generation)
+            try:
+                kept = read(run.path / name)
+            except CheckpointError as error:
+                yield generation, error.what
+                continue
+            if kept.generation != generation:
+                yield generation, f"{name} is of generation {kept.generation}"
+            elif isinstance(kept, Champion):
+                yield from _check_champion(run, kept, name)
+            else:
+                yield from _check_checkpoint(run, kept, name)
 
 
-def _check_populations(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """Compare the kept populations with the checksums and the history."""
-    for generation in kept_populations(run.path):
-        if generation > run.generation:
-            continue
-        name = population_file(generation)
-        try:
-            kept = read_checkpoint(run.path / name)
-        except CheckpointError as error:
-            yield generation, error.what
-            continue
-        if kept.generation == generation:
-            yield from _check_checkpoint(run, kept, name)
-        else:
-            yield generation, f"{name} contains the population of generation {kept.generation}"
+def _check_champion(run: RunSnapshot, champion: Champion, name: str) -> Iterator[tuple[int, str]]:
+    """Compare a champion with its record and its row."""
+    generation, best = champion.generation, run.bests[champion.generation - 1]
+    if not np.array_equal(champion.genome, best["genome"]):
+        yield generation, f"the genomes in {name} and {BESTS} differ"
+    if champion.score != best["score"]:
+        yield generation, f"the scores in {name} and {BESTS} differ"
+    if champion.terms != best_terms(run.history, generation):
+        yield generation, f"the terms in {name} and {HISTORY} differ"
 
 
 def row_differences(run: RunSnapshot, generation: Generation, place: str) -> list[str]:

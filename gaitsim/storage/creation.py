@@ -12,11 +12,11 @@ from gaitsim.individual import Member, Which
 from gaitsim.opening import read_regular
 from gaitsim.storage.compatibility import check_size
 from gaitsim.storage.files.checkpoint import (
+    KEPT,
     Champion,
     Start,
     pack,
     read_champion,
-    read_checkpoint,
 )
 from gaitsim.storage.files.folder import (
     BESTS,
@@ -27,16 +27,13 @@ from gaitsim.storage.files.folder import (
     EXPORTS,
     HISTORY,
     ISLANDS,
-    POPULATIONS,
     PROVENANCE,
     RUNS,
     START,
-    champion_file,
     create_folder,
     find_run,
-    kept_populations,
-    population_file,
-    saved_champions,
+    kept_file,
+    kept_generations,
 )
 from gaitsim.storage.files.safe_pickle import MAX_BYTES
 from gaitsim.storage.files.tables import first_rows
@@ -154,15 +151,10 @@ def fork_run(
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
             files[name] = first_rows(path / name, checkpoint.generation)
-        for number in saved_champions(path):
-            if number <= checkpoint.generation:
-                name = champion_file(number)
-                files[name] = pack(read_champion(path / name))
-        for number in kept_populations(path):
-            if number <= checkpoint.generation:
-                name = population_file(number)
-                files[name] = pack(read_checkpoint(path / name))
+        for subfolder, read in KEPT.items():
+            for number in kept_generations(path, subfolder, checkpoint.generation):
+                name = kept_file(subfolder, number)
+                files[name] = pack(read(path / name))
         if entries := read_provenance(path):
             files[PROVENANCE] = provenance_bytes(entries)
-    folders = (CHAMPIONS, *((POPULATIONS,) if kept_populations(path) else ()), EXPORTS)
-    return create_folder(out or path, files, folders)
+    return create_folder(out or path, files, (CHAMPIONS, EXPORTS))

@@ -42,12 +42,12 @@ from gaitsim.storage.files.folder import (
     EXPERIMENT,
     HISTORY,
     ISLANDS,
+    POPULATIONS,
     PREVIOUS,
     START,
     command,
     find_run,
-    kept_populations,
-    population_file,
+    kept_file,
     truncation_error,
     unfinished_error,
 )
@@ -437,29 +437,21 @@ class RunSnapshot:
             )
         return found
 
-    def population(self, generation: int | None = None) -> Checkpoint:
-        """Return the whole population of a generation, with its scores; None for the last one.
+    def population(self, generation: int) -> Checkpoint:
+        """Return the whole population of the last generation or of one that the run keeps.
 
-        Besides the last populations, a run keeps those of every `evolution.keep_every` generations.
+        A run keeps those of every `evolution.keep_every` generations.
         """
-        for known in (self.finished, self.previous):
-            if known is not None and generation in (None, known.generation):
-                return known
-        kept = [one for one in kept_populations(self.path) if one <= self.generation]
-        if generation not in kept:
-            raise RunError(
-                f"the run {self.path} did not keep the population of generation {generation}",
-                allowed=", ".join(map(str, [*kept, self.generation])),
-                remedy="evolve with --set evolution.keep_every=10 to keep every tenth population",
-            )
-        name = population_file(generation)
+        if generation == self.generation:
+            return self.finished
+        name = kept_file(POPULATIONS, generation)
         found = read_checkpoint(self.path / name)
         wrong = found.generation != generation and f"it is of generation {found.generation}"
         if wrong := wrong or self._mismatch(found, name):
             raise RunError(
                 f"{name} does not belong to the run: {wrong}",
                 where=str(self.path),
-                remedy="restore all files of the run from one copy",
+                remedy="delete the file: the generation is then evolved again",
             )
         return found
 

@@ -22,7 +22,13 @@ from gaitsim.storage.consistency import (
     wrong_checksums,
 )
 from gaitsim.storage.files.checkpoint import Checkpoint
-from gaitsim.storage.files.folder import CHECKPOINT, CHECKSUMS, PREVIOUS, kept_populations
+from gaitsim.storage.files.folder import (
+    CHECKPOINT,
+    CHECKSUMS,
+    POPULATIONS,
+    PREVIOUS,
+    kept_generations,
+)
 from gaitsim.storage.files.history import best_terms
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
@@ -54,11 +60,8 @@ class Reproduced(NamedTuple):
 
 def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Iterator[Reproduced]:
     """Reproduce the whole run from its experiments, stage by stage."""
-    last: Generation | None = None
-    for stage in run.stages:
-        for generation in _evolve(run, last, stage.last, new_evaluator):
-            yield _reproduced(run, generation)
-            last = generation
+    for generation in _evolve_all(run, run.generation, new_evaluator):
+        yield _reproduced(run, generation)
 
 
 def reproduce_some(
@@ -85,6 +88,16 @@ def reproduce_some(
                 again = evaluator.evaluate(run.finished.genomes, number)
                 found += _score_differences(run.finished, CHECKPOINT, again)
         yield Reproduced(number, False, found, distance)
+
+
+def _evolve_all(run: RunSnapshot, until: int, new_evaluator: NewEvaluator) -> Iterator[Generation]:
+    """Yield the generations from the first up to `until`."""
+    last: Generation | None = None
+    for stage in run.stages:
+        if stage.first <= until:
+            for generation in _evolve(run, last, min(stage.last, until), new_evaluator):
+                yield generation
+                last = generation
 
 
 def _evolve(
@@ -191,12 +204,10 @@ def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> tupl
     return found, _score_distance(run, number, now["score"])
 
 
-def populations(
-    run: RunSnapshot, generations: Sequence[int], workers: int | None = None
-) -> Iterator[Generation]:
+def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Generation]:
     """Yield generations of a run with all their individuals, in order.
 
-    If the run did not keep all of them, they are evolved again, from the first generation on, and
+    If the run did not keep all of them, they are evolved again, from the first generation on. They
     must match the record.
 
     Raises:
@@ -205,26 +216,25 @@ def populations(
     wanted = sorted({*generations})
     for number in wanted:
         run.stage_at(number)
-    if {*wanted} <= {*kept_populations(run.path), run.generation}:
-        yield from (restore_generation(run.population(number)) for number in wanted)
-        return
-    last: Generation | None = None
-    for stage in run.stages:
-        until = min(stage.last, wanted[-1])
-        for again in _evolve(run, last, until, lambda one: Evaluator(one, workers)):
-            if wrong := wrong_checksums(run, again):
-                raise RunError(
-                    f"generation {again.number} differs from the record when evolved again: its "
-                    f"{' and '.join(wrong)}",
-                    where=str(run.path),
-                    remedy="use the versions and the kind of machine that evolved the run, or "
-                    "evolve with --set evolution.keep_every=10 to keep every tenth population",
-                )
-            if again.number in wanted:
-                yield again
-            last = again
-        if until == wanted[-1]:
-            return
+    kept = {*wanted} <= {*kept_generations(run.path, POPULATIONS), run.generation}
+    found = (
+        (restore_generation(run.population(number)) for number in wanted)
+        if kept
+        else _evolve_all(run, wanted[-1], Evaluator)
+    )
+    for generation in found:
+        if wrong := wrong_checksums(run, generation):
+            how, remedy = "when evolved again", "use the versions and the machine that evolved it"
+            if kept:
+                how, remedy = f"in {POPULATIONS}", "delete its file there: it is then evolved again"
+            raise RunError(
+                f"generation {generation.number} differs from the record {how}: its "
+                f"{' and '.join(wrong)}",
+                where=str(run.path),
+                remedy=remedy,
+            )
+        if generation.number in wanted:
+            yield generation
 
 
 @dataclass(frozen=True, repr=False)

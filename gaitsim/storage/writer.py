@@ -30,7 +30,13 @@ from gaitsim.storage.background import forget_failure
 from gaitsim.storage.compatibility import versions
 from gaitsim.storage.files import history
 from gaitsim.storage.files.atomic import sweep, write_bytes, writing
-from gaitsim.storage.files.checkpoint import Champion, Checkpoint, write_champion, write_checkpoint
+from gaitsim.storage.files.checkpoint import (
+    KEPT,
+    Champion,
+    Checkpoint,
+    write_champion,
+    write_checkpoint,
+)
 from gaitsim.storage.files.folder import (
     CHAMPIONS,
     CHECKPOINT,
@@ -38,13 +44,11 @@ from gaitsim.storage.files.folder import (
     EXPORTS,
     POPULATIONS,
     PREVIOUS,
-    champion_file,
     command,
     create_subfolder,
     deleted_or_moved,
-    kept_populations,
-    population_file,
-    saved_champions,
+    kept_file,
+    kept_generations,
 )
 from gaitsim.storage.files.records import RecordFiles
 from gaitsim.storage.lock import RunLock
@@ -120,7 +124,7 @@ class RunWriter:
         """
         with ExitStack() as resources:
             resources.callback(RunLock(path).release)
-            own = filter(is_folder, (path / CHAMPIONS, path / POPULATIONS, path / EXPORTS))
+            own = filter(is_folder, (path / name for name in (*KEPT, EXPORTS)))
             for folder in (path.absolute().parent, path, *own):
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
@@ -130,12 +134,10 @@ class RunWriter:
             if plan.edited:
                 write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             with writing(path):
-                for number in saved_champions(path):
-                    if number > done:
-                        (path / champion_file(number)).unlink(missing_ok=True)
-                for number in kept_populations(path):
-                    if number > done:
-                        (path / population_file(number)).unlink(missing_ok=True)
+                for subfolder in KEPT:
+                    for number in kept_generations(path, subfolder):
+                        if number > done:
+                            (path / kept_file(subfolder, number)).unlink(missing_ok=True)
             forget_failure(path)
             new_evaluator = partial(Evaluator, plan.experiment, workers, on_warning, cluster)
             return cls(run, plan, files, resources.pop_all(), new_evaluator)
@@ -257,7 +259,7 @@ class RunWriter:
             checkpoint = self._checkpoint(generation)
             if self._keeps(generation):
                 create_subfolder(self.path, POPULATIONS)
-                write_checkpoint(self.path / population_file(generation.number), checkpoint)
+                write_checkpoint(self.path / kept_file(POPULATIONS, generation.number), checkpoint)
             write_checkpoint(self.path / CHECKPOINT, checkpoint, self.path / PREVIOUS)
         self._saved = time.monotonic()
 
@@ -286,7 +288,7 @@ class RunWriter:
             terms=generation.evaluation.terms_of(best),
         )
         create_subfolder(self.path, CHAMPIONS)
-        write_champion(self.path / champion_file(generation.number), champion)
+        write_champion(self.path / kept_file(CHAMPIONS, generation.number), champion)
 
     def _checkpoint(self, generation: Generation) -> Checkpoint:
         evaluation, progress = generation.evaluation, generation.progress

@@ -9,9 +9,9 @@ from run_helpers import LONG, THRESHOLD, continue_run
 from gaitsim.errors import RunError
 from gaitsim.storage.creation import create_run, fork_run
 from gaitsim.storage.files.checkpoint import pack, read_checkpoint
-from gaitsim.storage.files.folder import kept_populations, population_file
+from gaitsim.storage.files.folder import POPULATIONS, kept_file, kept_generations
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import verify
+from gaitsim.storage.verification import populations, verify
 
 pytestmark = pytest.mark.usefixtures("here")
 
@@ -24,23 +24,19 @@ def kept(puppet):
 
 
 def test_populations_are_kept_and_read(kept, whole):
-    assert kept_populations(kept.path) == [3, 6]
+    assert kept_generations(kept.path, POPULATIONS) == [3, 6]
     assert kept.fingerprint() == whole.fingerprint()
-    for generation in (3, 6, kept.generation, None):
+    for generation in (3, 6, kept.generation):
         population = kept.population(generation)
-        number = generation or kept.generation
-        assert population.generation == number
-        assert population.scores.max() == kept.history["best"][number - 1]
+        assert population.generation == generation
+        assert population.scores.max() == kept.history["best"][generation - 1]
         best = population.genomes[population.scores.argmax()]
-        assert np.array_equal(best, kept.bests[number - 1]["genome"])
-    with pytest.raises(RunError, match="did not keep the population of generation 2") as error:
-        kept.population(2)
-    assert error.value.allowed == f"3, 6, {kept.generation}"
+        assert np.array_equal(best, kept.bests[generation - 1]["genome"])
 
 
 def test_later_populations_are_dropped_when_a_run_resumes(kept):
-    late = kept.path / population_file(9)
-    late.write_bytes((kept.path / population_file(6)).read_bytes())
+    late = kept.path / kept_file(POPULATIONS, 9)
+    late.write_bytes((kept.path / kept_file(POPULATIONS, 6)).read_bytes())
     assert 9 not in fork_populations(kept.path)
     continue_run(kept.path, generations=9)
     assert read_checkpoint(late).generation == 9
@@ -48,16 +44,22 @@ def test_later_populations_are_dropped_when_a_run_resumes(kept):
 
 
 def fork_populations(path):
-    return kept_populations(fork_run(path))
+    return kept_generations(fork_run(path), POPULATIONS)
 
 
 def test_a_kept_population_is_compared(kept):
-    file = kept.path / population_file(6)
+    file = kept.path / kept_file(POPULATIONS, 6)
     population = read_checkpoint(file)
     file.write_bytes(pack(replace(population, genomes=population.genomes + 1e-9)))
     what = verify(kept, workers=1).differences[6][0]
     assert "the genomes in populations/" in what
-    (kept.path / population_file(3)).write_bytes(file.read_bytes())
+    with pytest.raises(RunError, match="differs from the record in populations: its genomes"):
+        next(populations(kept, [6]))
+    file.unlink()
+    (again,) = populations(kept, [6])
+    assert np.array_equal(again.genomes, population.genomes)
+    file.write_bytes(pack(population))
+    (kept.path / kept_file(POPULATIONS, 3)).write_bytes(file.read_bytes())
     assert "of generation 6" in verify(kept, workers=1).differences[3][0]
     with pytest.raises(RunError, match="does not belong to the run"):
         kept.population(3)

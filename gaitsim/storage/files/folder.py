@@ -4,6 +4,7 @@ This module imports nothing heavy, as every command needs it.
 """
 
 import errno
+import math
 import os
 import re
 import shlex
@@ -151,33 +152,31 @@ def check_links(folder: Path, remedy: str = "remove it") -> None:
                 )
 
 
-def champion_file(generation: int) -> str:
-    """Return the path of a generation's champion, relative to the run's folder."""
-    return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
+def kept_file(subfolder: str, generation: int) -> str:
+    """Return the path of a generation's champion or population, relative to the run's folder.
+
+    Args:
+        subfolder: `CHAMPIONS` or `POPULATIONS`.
+        generation: number of the generation.
+    """
+    return f"{subfolder}/generation-{generation:06d}.pickle"
 
 
-def population_file(generation: int) -> str:
-    """Return the path of a generation's kept population, relative to the run's folder."""
-    return f"{POPULATIONS}/generation-{generation:06d}.pickle"
+def kept_generations(run: Path, subfolder: str, last: float = math.inf) -> list[int]:
+    """Return the generations whose champions or populations are kept in a run's folder, in order.
 
-
-def saved_champions(run: Path) -> list[int]:
-    """Return the generations whose champions are saved in a run's folder, in order."""
-    return _saved(run, CHAMPIONS)
-
-
-def kept_populations(run: Path) -> list[int]:
-    """Return the generations whose whole populations are kept in a run's folder, in order."""
-    return _saved(run, POPULATIONS)
-
-
-def _saved(run: Path, subfolder: str) -> list[int]:
+    Args:
+        run: folder of the run.
+        subfolder: `CHAMPIONS` or `POPULATIONS`.
+        last: last generation to return.
+    """
     if not os.path.lexists(run / subfolder):
         return []
     folder = create_subfolder(run, subfolder)
     names = (path.stem for path in folder.glob("generation-*.pickle"))
     matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
-    return sorted(int(match[1]) for match in matches if match)
+    numbers = sorted(int(match[1]) for match in matches if match)
+    return [number for number in numbers if number <= last]
 
 
 def list_runs(root: Path) -> list[Path]:
@@ -209,8 +208,8 @@ def create_folder(
 
     Args:
         wanted: path of the folder.
-        files: contents of files by path relative to the folder, possibly in `folders`.
-        folders: names of folders to create in it.
+        files: contents of files by path relative to the folder, possibly in subfolders.
+        folders: names of empty folders to create in it.
     """
     if wanted.name in ("", ".."):
         raise RunError(
@@ -226,6 +225,7 @@ def create_folder(
             for name in folders:
                 (draft / name).mkdir()
             for name, content in files.items():
+                (draft / name).parent.mkdir(exist_ok=True)
                 data = content.encode() if isinstance(content, str) else content
                 write_bytes(draft / name, data, follow=False)
             path = _rename_to_free_name(draft, wanted)
