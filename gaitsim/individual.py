@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
 from gaitsim.evaluation.worlds import World, describe
+from gaitsim.evolution import Generation
 from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.registry.python_plugins import MissingFitness
@@ -105,6 +106,15 @@ class Individual(ReprMixin):
         evaluation = evaluate_motion(experiment, motion, 1)
         score = float(evaluation.scores[0])  # −inf if the motion failed
         return cls(experiment, score, evaluation.terms_of(0), source=source, played=motion)
+
+    @classmethod
+    def of_generation(
+        cls, experiment: Experiment, generation: Generation, index: int, source: Path | None = None
+    ) -> "Individual":
+        """Return an individual of a generation by its index in the population, from 0."""
+        score, terms = float(generation.scores[index]), generation.evaluation.terms_of(index)
+        genome = generation.genomes[index]
+        return cls(experiment, score, terms, generation.number, genome, source)
 
     @property
     def title(self) -> str:

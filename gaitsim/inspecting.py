@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Exported, Exporter, Plot, Subject
 from gaitsim.contracts.product import Product
 from gaitsim.errors import GaitsimError, not_installed
-from gaitsim.gait.motion_table import motion_columns
+from gaitsim.gait.channels import motion_columns
 from gaitsim.gait.report import GaitAnalysis, analyse_individual
 from gaitsim.individual import Individual, Which
 from gaitsim.registry.loading import call_product, load_product, products

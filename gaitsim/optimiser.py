@@ -81,13 +81,8 @@ class Progress(ReprMixin):
             self._history.setdefault(name, array("d")).append(value)
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
-            self.champion = Individual(
-                self.experiment,
-                score,
-                generation.evaluation.terms_of(generation.best),
-                generation.number,
-                generation.genomes[generation.best],
-                self.path,
+            self.champion = Individual.of_generation(
+                self.experiment, generation, generation.best, self.path
             )
 
     def _repr_fields(self) -> Mapping[str, ReprField]:

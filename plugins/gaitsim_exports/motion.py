@@ -2,24 +2,38 @@
 
 import csv
 import json
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from gaitsim.contracts import Subject
 from gaitsim.errors import GaitsimError, not_installed
 from gaitsim.gait.changed import with_changed_body
+from gaitsim.gait.channels import (
+    Columns,
+    channels_of,
+    entries_of,
+    motion_columns,
+    own_name,
+    place_of,
+    read_values,
+)
 from gaitsim.gait.gait_files import check_folder
-from gaitsim.gait.motion_table import Columns, Place, motion_arrays, motion_columns
 from gaitsim.individual import Individual
 from gaitsim.storage.files.atomic import replacing
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import populations
 
+Numbered = Iterator[tuple[Individual, int | None]]
+"""Individuals, and their numbers in their populations if those are exported."""
+
 _GROUP = 100  # individuals in a row group of Parquet
+_NUMBER = "[1-9][0-9]{0,8}"
 
 
 def write_motion(subject: Subject, path: Path, every: int | None, population: str | None) -> str:
@@ -48,109 +62,134 @@ def write_motion(subject: Subject, path: Path, every: int | None, population: st
     moved = _advancing(individuals, subject)
     with replacing(path) as partial:
         if suffix == ".npz":
-            arrays, about = motion_arrays(moved)
-            text = np.array(json.dumps(about, ensure_ascii=False))
-            with partial.open("wb") as file:
-                np.savez_compressed(file, allow_pickle=False, about=text, **arrays)
-            size = f"{len(about['channels'])} channels"
+            size = f"{_write_npz(partial, moved, count)} channels"
         else:
             write = _write_csv if suffix == ".csv" else _write_parquet
             rows, columns = write(partial, _tables(moved))
-            size = f"{rows:,} rows × {columns} columns"
+            size = f"{rows:,} row{'s' * (rows != 1)} × {columns} columns"
     return f"{count:,} individual{'s' * (count != 1)}, {size}"
 
 
 def _individuals(
     subject: Subject, every: int | None, population: str | None
-) -> tuple[int, Iterator[tuple[Individual, Place]]]:
-    """Return the number of individuals, and each with its number in its population."""
+) -> tuple[int, Numbered]:
+    """Return the number of individuals, and the individuals one after the other."""
+    run, chosen = subject.run, subject.individuals
     if every is None and population is None:
-        return len(subject.individuals), ((individual, {}) for individual in subject.individuals)
-    if not isinstance(subject.run, RunSnapshot):
+        return len(chosen), ((individual, None) for individual in chosen)
+    if not isinstance(run, RunSnapshot):
         raise GaitsimError(
             "the options every and population need a whole run, not one individual",
             remedy="use the run itself, from gaitsim.load()",
         )
-    run, chosen = subject.run, subject.individuals
-    champion = run.individual()
-    if [(one.generation, one.member) for one in chosen] != [(champion.generation, None)]:
+    if [one.best_of for one in chosen] != [run.individual().generation]:
         raise GaitsimError(
             "generations or a member cannot be combined with --every or --population",
             allowed="one of the two",
         )
-    count, individuals = _of_run(run, every, population)
+    individuals: Numbered
+    if population is None:
+        step, best = every or 1, run.history["best"]
+        numbers = [n for n in range(step, run.generation + 1, step) if np.isfinite(best[n - 1])]
+        count, individuals = len(numbers), ((run.individual(number), None) for number in numbers)
+    else:
+        numbers = _generations(population, run.generation)
+        sizes = [run.stage_at(number).outline for number in numbers]
+        count = sum(one.evolution.population * one.islands.number for one in sizes)
+        individuals = _whole(run, numbers)
+    if not numbers:
+        raise GaitsimError(
+            f"no generation to export: the run has {run.generation}",
+            where="--every" if population is None else "--population",
+        )
     # The damage and the world that the user chose apply to all.
     if changes := chosen[0].changes:
-        individuals = ((with_changed_body(one, changes), place) for one, place in individuals)
+        individuals = ((with_changed_body(one, changes), number) for one, number in individuals)
     return count, individuals
 
 
-def _of_run(
-    run: RunSnapshot, every: int | None, population: str | None
-) -> tuple[int, Iterator[tuple[Individual, Place]]]:
-    if every is not None:
-        best = run.history["best"]
-        numbers = [n for n in range(every, run.generation + 1, every) if np.isfinite(best[n - 1])]
-        if not numbers:
-            raise GaitsimError(
-                f"no generation to export: the run has {run.generation}", where="--every"
-            )
-        return len(numbers), ((run.individual(number), {}) for number in numbers)
-    numbers = sorted({*_generations(population or "", run.generation)})
-    sizes = [run.stage_at(number).outline for number in numbers]
-    count = sum(one.evolution.population * one.islands.number for one in sizes)
-    return count, _whole(run, numbers)
+def _generations(text: str, last: int) -> list[int]:
+    """Return the generations of the option `population`, in order."""
+    text = text.strip()
+    if text == "last":
+        return [last]
+    if found := re.fullmatch(f"every *({_NUMBER})", text):
+        return [*range(int(found[1]), last + 1, int(found[1]))]
+    if re.fullmatch(f"{_NUMBER}( *, *{_NUMBER})*", text):
+        return sorted({*map(int, text.split(","))})
+    raise GaitsimError(
+        f"invalid generations: {text[:100]!r}",
+        where="--population",
+        allowed="'last', numbers separated by commas, such as 10,20, or 'every N'",
+    )
 
 
-def _whole(run: RunSnapshot, numbers: Sequence[int]) -> Iterator[tuple[Individual, Place]]:
+def _whole(run: RunSnapshot, numbers: Sequence[int]) -> Numbered:
     """Yield all individuals of some generations."""
     for generation in populations(run, numbers):
         experiment = run.experiment_at(generation.number)
-        for index, genome in enumerate(generation.genomes):
-            individual = Individual(
-                experiment,
-                float(generation.scores[index]),
-                generation.evaluation.terms_of(index),
-                generation.number,
-                genome,
-                run.path,
-            )
-            yield individual, {"individual": index + 1}
+        for index in range(len(generation.genomes)):
+            yield Individual.of_generation(experiment, generation, index, run.path), index + 1
 
 
-def _advancing(
-    individuals: Iterable[tuple[Individual, Place]], subject: Subject
-) -> Iterator[tuple[Individual, Place]]:
+def _advancing(individuals: Numbered, subject: Subject) -> Numbered:
     for one in individuals:
         yield one
         subject.advance(1)
 
 
-def _generations(text: str, last: int) -> list[int]:
-    """Return the generations of the option `population`."""
-    words = text.removeprefix("every").strip()
-    if text == "last":
-        return [last]
-    parts = [part.strip() for part in words.split(",")]
-    numbers = [int(part) for part in parts if part.isascii() and part.isdecimal()]
-    every = words != text
-    if len(numbers) < len(parts) or (every and len(numbers) > 1) or not all(numbers):
-        raise GaitsimError(
-            f"invalid generations: {text!r}",
-            where="--population",
-            allowed="'last', numbers separated by commas, such as 10,20, or 'every N'",
-        )
-    found = [*range(numbers[0], last + 1, numbers[0])] if every else numbers
-    if not found:
-        raise GaitsimError(f"no generation to export: the run has {last}", where="--population")
-    return found
+def _write_npz(path: Path, individuals: Numbered, count: int) -> int:
+    """Write an array for each channel, and return the number of channels.
+
+    The arrays are (individuals, …), those of `place_of` (individuals,), and `time`, in seconds,
+    (frames,). `about` has the frame rate, and the axes, unit and meaning of each channel.
+    """
+    arrays: dict[str, Any] = {}
+    about: dict[str, Any] = {}
+    first: dict[str, tuple[int, ...]] = {}
+    for index, (individual, number) in enumerate(individuals):
+        values: Columns = {
+            own_name(name): read_values(individual, name) for name in channels_of(individual)
+        }
+        shapes = {name: one.shape for name, one in values.items()}
+        if not index:
+            about, first = _about(individual), shapes
+        for name in {**first, **shapes}:
+            if shapes.get(name) != first.get(name):
+                raise GaitsimError(
+                    f"the channel {name!r} has another shape in {individual.label}",
+                    allowed=".csv and .parquet, which have a row for each frame",
+                )
+        for name, one in {**place_of(individual, number), **values}.items():
+            if not index:
+                arrays[name] = np.empty((count, *np.shape(one)), np.asarray(one).dtype)
+            arrays[name][index] = one
+    timed = (name for name, one in about["channels"].items() if "frame" in one["axes"])
+    frames = max((first[name][0] for name in timed), default=1)
+    arrays["time"] = np.arange(frames) / about["frame_rate"]
+    arrays["about"] = np.array(json.dumps(about, ensure_ascii=False))
+    with path.open("wb") as file:
+        np.savez_compressed(file, **arrays)
+    return len(about["channels"])
 
 
-def _tables(individuals: Iterable[tuple[Individual, Place]]) -> Iterator[Columns]:
+def _about(individual: Individual) -> dict[str, Any]:
+    """Return the frame rate of a motion, and the axes, unit and meaning of each channel."""
+    channels = {}
+    for name, channel in channels_of(individual).items():
+        names = iter(entries_of(individual, channel, read_values(individual, name).shape))
+        axes = ["frame" if axis == "frames" else [*next(names)] for axis in channel.axes]
+        unit = channel.unit if isinstance(channel.unit, str) else [*channel.unit]
+        axes = ["individual", *axes]
+        channels[own_name(name)] = {"axes": axes, "unit": unit, "meaning": channel.help}
+    return {"frame_rate": individual.motion.frame_rate, "channels": channels}
+
+
+def _tables(individuals: Numbered) -> Iterator[Columns]:
     """Yield the columns of each individual, which must be the same for all."""
     names: list[str] = []
-    for individual, place in individuals:
-        columns = motion_columns(individual, place)
+    for individual, number in individuals:
+        columns = motion_columns(individual, number)
         names = names or [*columns]
         if names != [*columns]:
             raise GaitsimError(

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError
-from gaitsim.gait.channels import check_numbers, entries_of, read_values
+from gaitsim.gait.channels import channels_of, entries_of, read_values
 from gaitsim.individual import Individual
 
 
@@ -32,14 +32,10 @@ class Signal:
 
 def read_signal(individual: Individual, name: str) -> Signal:
     """Return a channel of the individual over time, with names for all entries."""
-    entry, channels = (
-        individual.experiment.entries["organism"],
-        individual.experiment.organism.channels,
-    )
-    values = read_values(individual, name)
+    values, channels = read_values(individual, name), channels_of(individual)
     channel = channels[name]
-    check_numbers(individual, name, values)
     if not channel.over_time:
+        entry = individual.experiment.entries["organism"]
         timed = [one for one, other in channels.items() if other.over_time]
         raise GaitsimError(
             f"the channel {name!r} of {entry} has one value per gait, not one per frame",

@@ -8,7 +8,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.contracts import Channel, Motion, Subject
-from gaitsim.gait.motion_table import motion_arrays, motion_columns
+from gaitsim.gait.channels import motion_columns
 from gaitsim_exports.motion import write_motion
 
 SHORT = {
@@ -80,6 +80,33 @@ def test_individuals_of_different_bodies_are_not_in_one_table(tmp_path):
     assert not [*tmp_path.iterdir()]
 
 
+def test_a_body_that_declares_nothing_has_all_channels_of_its_motion(tmp_path):
+    space = gs.RealSpace(np.zeros(2), np.ones(2), ("a", "b"))
+
+    def body(genomes):
+        return {"place": genomes, "score": genomes.sum(axis=1), "time": genomes, "about": genomes}
+
+    search = gs.evolve(body=body, space=space, fitness=lambda m: m["score"], generations=1, seed=1)
+    for _ in search:
+        pass
+    one = search.champion
+    for suffix in ("csv", "npz"):
+        gs.export(one, tmp_path / f"a.{suffix}", "motion")
+    head, row = (line.split(",") for line in (tmp_path / "a.csv").read_text().splitlines())
+    found = dict(zip(head, map(float, row), strict=True))
+    assert (found["place entry 1"], found["place entry 2"]) == tuple(one.genome)
+    assert found["score"] == found["channel score"] == one.score
+    arrays = np.load(tmp_path / "a.npz")
+    for name in ("place", "channel time", "channel about"):
+        assert np.array_equal(arrays[name], [one.genome])
+    assert json.loads(str(arrays["about"]))["channels"]["place"]["axes"] == [
+        "individual",
+        ["entry 1", "entry 2"],
+    ]
+    with pytest.raises(gs.GaitsimError, match="has one value per gait"):
+        one.plot("channel", channel="place")
+
+
 def test_arrays_have_axes_and_units(tmp_path):
     fly = individual("fly")
     said = gs.export(fly, tmp_path / "fly.npz", "motion").summary
@@ -108,7 +135,7 @@ def test_arrays_of_different_lengths_name_the_formats_for_them(monkeypatch, tmp_
     with pytest.raises(
         gs.GaitsimError, match="'height' has another shape in generation 7"
     ) as error:
-        motion_arrays([(short, {}), (long, {})])
+        write_motion(Subject(None, (short, long)), tmp_path / "a.npz", None, None)
     assert "parquet" in error.value.allowed
     subject = Subject(None, (short, long))
     said = write_motion(subject, tmp_path / "a.csv", None, None)
@@ -172,6 +199,8 @@ def test_a_population_that_cannot_be_reproduced_is_an_error(finished, tmp_path, 
         ({"population": "every 1,2"}, "invalid generations"),
         ({"population": "every 99"}, "no generation to export"),
         ({"population": "77"}, "no generation 77"),
+        ({"population": "9" * 5000}, "invalid generations"),
+        ({"every": 10**30}, "no generation to export"),
         ({"every": 99}, "no generation to export"),
         ({"every": 1, "population": "last"}, "cannot be combined"),
     ],
