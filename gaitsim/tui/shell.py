@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from textual import work
-from textual.app import App
 from textual.binding import Keymap
 from textual.containers import ScrollableContainer
 from textual.dom import DOMNode
@@ -21,6 +20,7 @@ from textual.widgets import DataTable, Input, OptionList
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import Config, format_problem, remember_theme
+from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.terminal_output import (
@@ -42,7 +42,7 @@ _KEYS = {action.name: action.keys for action in ACTIONS["list"]}
 _NO_CONTROLS = ControlCharacterFilter()
 
 
-class ViKeys(App[None]):
+class ViKeys(KeyQueue):
     """An app in which the keys of vi move in the focused list, table or text.
 
     Keys of a screen, and letters typed into a field, take precedence.

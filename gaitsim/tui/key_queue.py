@@ -1,0 +1,113 @@
+"""Keys delivered one at a time: a dialog that a key opens receives the next key."""
+
+import time
+from collections import deque
+from functools import partial
+from typing import Any
+
+from textual.app import App
+from textual.events import Event, Key, Paste
+from textual.message import Message
+from textual.message_pump import MessagePump
+from textual.worker import Worker, get_current_worker
+
+ASKING = ("ask", "leaving", "read")
+"""Groups of workers that open a dialog, close a screen or fill a dialog with fields."""
+
+PATIENCE = 2.0  # seconds to hold a key while a worker reads before it asks
+LOST = 0.5  # seconds after which a widget that was removed no longer holds a key
+_RETRY = 0.02  # seconds
+
+
+class Settled(Message):
+    """A message that follows a key through the same widgets, up to the app."""
+
+
+class KeyQueue(App[None]):
+    """An app that delivers each key or paste after all widgets have handled the one before.
+
+    Textual sends a key to the widget that has the focus when the key arrives. If several keys
+    arrive at once, the screen below a dialog would get the keys meant for the dialog.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._keys: deque[Key | Paste] = deque()
+        self._settling: set[Settled] = set()
+        self._answering: set[Worker[Any]] = set()
+        self._held_since = 0.0
+        self._retries = False
+
+    async def on_event(self, event: Event) -> None:
+        """Queue a key; handle other events at once."""
+        if isinstance(event, Key | Paste) and not event.is_forwarded:
+            if not self._keys:
+                self._held_since = time.monotonic()
+            self._keys.append(event)
+            await self._deliver()
+        else:
+            await super().on_event(event)
+
+    async def on_settled(self, event: Settled) -> None:
+        await self._settle(event)
+
+    async def _settle(self, event: Settled) -> None:
+        self._settling.discard(event)
+        await self._deliver()
+
+    async def _deliver(self) -> None:
+        while self._keys and not self._settling:
+            if self._asks() and time.monotonic() - self._held_since < PATIENCE:
+                if not self._retries:
+                    self._retries = True
+                    self.set_timer(_RETRY, self._retry)
+                return
+            event = self._keys.popleft()
+            self._held_since = time.monotonic()
+            target = self.focused or self.screen
+            await super().on_event(event)
+            self._wait_for(target)
+
+    async def _retry(self) -> None:
+        self._retries = False
+        await self._deliver()
+
+    def _asks(self) -> bool:
+        """Return whether a worker is about to open, close or fill a screen."""
+        if isinstance(self._keys[0], Key) and self._keys[0].key == "escape":
+            return False
+        return any(
+            worker.group in ASKING
+            and not worker.is_finished
+            and worker not in self._answering
+            and (worker.group != "read" or (worker.node is self.screen and self.screen.is_modal))
+            for worker in self.workers
+        )
+
+    def _wait_for(self, pump: MessagePump) -> None:
+        """Hold keys until a widget and its ancestors have handled their messages."""
+        event = Settled()
+        if pump.post_message(event):
+            self._settling.add(event)
+            self.set_timer(LOST, partial(self._settle, event))
+
+    def push_screen(self, screen: Any, *arguments: Any, **options: Any) -> Any:
+        """Push a screen, which receives the next key."""
+        if options.get("wait_for_dismiss"):
+            self._answering.add(get_current_worker())
+        pushed = super().push_screen(screen, *arguments, **options)
+        self._wait_for(self.screen)
+        return pushed
+
+    async def push_screen_wait(self, screen: Any, **options: Any) -> Any:
+        """Push a screen and wait for its result."""
+        try:
+            return await super().push_screen_wait(screen, **options)
+        finally:
+            self._answering.discard(get_current_worker())
+
+    def pop_screen(self) -> Any:
+        """Pop the current screen; the one below receives the next key."""
+        popped = super().pop_screen()
+        self._wait_for(self.screen)
+        return popped
