@@ -11,8 +11,8 @@ from textual.message import Message
 from textual.message_pump import MessagePump
 from textual.worker import Worker, get_current_worker
 
-ASKING = ("ask", "leaving", "read")
-"""Groups of workers that open a dialog, close a screen or fill a dialog with fields."""
+ASKING = ("ask", "leaving")
+"""Groups of workers that open a dialog or close a screen."""
 
 PATIENCE = 2.0  # seconds to hold a key while a worker reads before it asks
 LOST = 0.5  # seconds after which a widget that was removed no longer holds a key
@@ -73,14 +73,9 @@ class KeyQueue(App[None]):
         await self._deliver()
 
     def _asks(self) -> bool:
-        """Return whether a worker is about to open, close or fill a screen."""
-        if isinstance(self._keys[0], Key) and self._keys[0].key == "escape":
-            return False
+        """Return whether a worker is about to open or close a screen."""
         return any(
-            worker.group in ASKING
-            and not worker.is_finished
-            and worker not in self._answering
-            and (worker.group != "read" or (worker.node is self.screen and self.screen.is_modal))
+            worker.group in ASKING and not worker.is_finished and worker not in self._answering
             for worker in self.workers
         )
 

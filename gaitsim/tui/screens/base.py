@@ -191,7 +191,7 @@ class GaitScreen(Screen[None]):
         if self.choice is not None:
             self.ask_export(self.choice)
 
-    @work
+    @work(group="ask")
     async def ask_export(self, choice: RunChoice) -> None:
         """Ask what to export from a run, for the individual, with other runs to compare."""
         run, which, damage, others = choice
@@ -211,7 +211,7 @@ class GaitScreen(Screen[None]):
         if self.run_to_verify is not None:
             self.show_screen("verify.Verify", self.run_to_verify)
 
-    @work
+    @work(group="ask")
     async def verify_code(self) -> None:
         """Ask for a challenge code, and verify it."""
         code = await self.app.push_screen_wait(_screen("verify.AskCode"))

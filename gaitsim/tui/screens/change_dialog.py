@@ -177,6 +177,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         typed: initial text.
     """
 
+    AUTO_FOCUS = "#change-text"
     BINDINGS = bindings("change")
     DEFAULT_CSS = """
     ChangeDialog {
@@ -229,7 +230,6 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
                 yield Button("Cancel", compact=True, id="change-cancel")
 
     def on_mount(self) -> None:
-        self._input.focus()
         self._read()
 
     @work(group="read")

@@ -236,7 +236,7 @@ with `gaitsim attach`.
         elif self.state in ("stopped", "finished", "failed"):
             self._start(overrides=overrides)
 
-    @work(group="fork")
+    @work(group="ask")
     async def action_fork(self) -> None:
         wanted = await ask_changes(self.app, self.run, self.snapshot, fork=True)
         if wanted is None:

@@ -271,7 +271,7 @@ restores; Ctrl-Z undoes all changes.
     def _follow(self, event: DescendantFocus) -> None:
         self.sections.mark_line(str(event.widget.id))
 
-    @work(group="search")
+    @work(group="ask")
     async def action_search(self) -> None:
         """Search the options of all sections."""
         await self.app.push_screen_wait(
@@ -317,7 +317,7 @@ restores; Ctrl-Z undoes all changes.
     def _preset_chosen(self, event: Select.Changed) -> None:
         self._replace(str(event.value))
 
-    @work(group="replace", exclusive=True)
+    @work(group="ask", exclusive=True)
     async def _replace(self, reference: str) -> None:
         """Load a different preset, after asking whether to discard changes."""
         if self.builder is not None and self.builder.changes:
@@ -408,7 +408,7 @@ restores; Ctrl-Z undoes all changes.
             self.dismiss()
             self.show_screen("live.Live", path, resume=True)
 
-    @work(group="files", exclusive=True)
+    @work(group="ask", exclusive=True)
     async def action_save(self) -> None:
         found = await self._require_valid()
         if found is None or found.experiment is None:
@@ -416,7 +416,7 @@ restores; Ctrl-Z undoes all changes.
         if await ask_save(self, found.name, found.experiment.to_toml()):
             self._saved = found.builder
 
-    @work(group="files", exclusive=True)
+    @work(group="ask", exclusive=True)
     async def action_load(self) -> None:
         reference = await ask_load(self)
         if reference is not None:

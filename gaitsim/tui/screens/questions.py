@@ -189,7 +189,7 @@ class NoteDialog(ModalScreen[str | None]):
     def action_save(self) -> None:
         self.dismiss(self.query_one(TextArea).text)
 
-    @work(exclusive=True)
+    @work(group="ask", exclusive=True)
     async def action_cancel(self) -> None:
         """Close without saving; ask first if the note was edited."""
         edited = self.query_one(TextArea).text != self._note

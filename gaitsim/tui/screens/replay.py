@@ -281,7 +281,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         words = "export", str(pane.run), "--format", "html", *options, *damage_options(pane.damage)
         self.gaitsim.start_task(words, opens=True)
 
-    @work(group="code", exclusive=True)
+    @work(group="ask", exclusive=True)
     async def action_code(self) -> None:
         """Show the challenge code of the individual and copy it."""
         from gaitsim.tui.screens.verify import show_code

@@ -316,7 +316,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self._show()
         self._show_message()
 
-    @work(group="save", exclusive=True)
+    @work(group="ask", exclusive=True)
     async def action_save(self) -> None:
         await self._save()
 
