@@ -2,11 +2,14 @@
 
 import asyncio
 import sys
+import tempfile
 import time
+import traceback
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from rich.text import Text
 from textual import work
 from textual.binding import Keymap
 from textual.containers import ScrollableContainer
@@ -168,6 +171,22 @@ class Shell(ViKeys):
     def show_error(self, error: GaitsimError) -> None:
         """Show an error as plain text."""
         self.notify(str(error), title="", severity="error", markup=False, timeout=10)
+
+    def _fatal_error(self) -> None:
+        """End the app after an unexpected error: save its traceback and print one message."""
+        error = self._exception
+        with tempfile.NamedTemporaryFile(
+            "w", prefix="gaitsim-", suffix=".txt", encoding="utf-8", delete=False
+        ) as file:
+            file.write("".join(traceback.format_exception(error)))
+        self.panic(
+            Text(
+                f"Error: the terminal UI failed: {type(error).__name__}: {error}\n"
+                f"  where:   {file.name} has the traceback\n"
+                "  try:     'gaitsim tui' again. Runs in the background continue: 'gaitsim runs' "
+                "lists them"
+            )
+        )
 
     # Settings
 

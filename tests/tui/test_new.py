@@ -369,3 +369,10 @@ class TestStartingAndSaving:
                 await driver.at("New")
                 assert not kept or Path("puppet.toml").read_text() == "mine"
             await driver.until(lambda: Path("puppet.toml").read_text() == screen.validation.toml)
+
+    async def test_an_option_chosen_from_a_closed_form_is_ignored(self, fill):
+        async with fill() as (driver, screen):
+            await driver.press("escape")
+            await driver.at("Home")
+            screen.go_to("evolution.population")
+            assert driver.screen is not screen

@@ -5,7 +5,9 @@ import os
 import re
 import subprocess
 import sys
+import tempfile
 from importlib import import_module
+from pathlib import Path
 from pkgutil import walk_packages
 
 import pytest
@@ -14,6 +16,7 @@ from textual.widgets import Input, Static
 from textual.widgets._footer import FooterKey
 
 import gaitsim.tui
+from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.commands import NOT_NOW, Commands, escape_markup
 from gaitsim.tui.config import find_problems, read_config
 from gaitsim.tui.keys import ACTIONS, NAMED, bindings
@@ -408,3 +411,19 @@ asyncio.run(main())
             check=False,
         )
         assert (done.stdout, done.stderr) == ("[]\n", "")
+
+
+async def fail(app):
+    async with app.run_test() as pilot:
+        app.call_later(lambda: 1 // 0)
+        await pilot.pause()
+
+
+async def test_an_unexpected_error_is_saved_and_reported(here, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    app = GaitsimApp(Path("runs"))
+    with pytest.raises(ZeroDivisionError):
+        await fail(app)
+    (file,) = tmp_path.glob("gaitsim-*.txt")
+    assert "ZeroDivisionError" in file.read_text()
+    assert app.return_code == 1

@@ -280,6 +280,8 @@ restores; Ctrl-Z undoes all changes.
 
     def go_to(self, key: str, plugin: str = "") -> None:
         """Focus an option, after choosing its plugin if one is given."""
+        if not self.query(Sections):  # the screen was closed since the option was chosen
+            return
         section = key.partition(".")[0]
         self.sections.active = section
         if plugin:
