@@ -18,19 +18,16 @@ from gaitsim.adaptation.report import AdaptationReport, make_report
 from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import MeasureGait
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
-from gaitsim.contracts import GenomeSpace, Subject
+from gaitsim.contracts import GenomeSpace
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evaluation.worlds import Ranges, World
+from gaitsim.evaluation.worlds import World
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import in_engine, with_damage, with_world
-from gaitsim.gait.checks import CheckResults, check_gait
-from gaitsim.gait.feedback import FeedbackResults, compare_blind
 from gaitsim.gait.report import gait_warnings
-from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Member, Which
 from gaitsim.inspecting import (
     DataFrame,
@@ -45,12 +42,11 @@ from gaitsim.optimiser import Progress, objective_options, start_of, start_optio
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.loading import describe_preset
 from gaitsim.registry.python_plugins import python_options
-from gaitsim.render.notebook import page_exporter, picture, view
+from gaitsim.render.notebook import picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin, Table
 from gaitsim.sharing.challenge import (
     Challenge,
     Checked,
-    code_of,
     find_challenge,
     verify_challenge,
 )
@@ -225,14 +221,13 @@ def runs(folder: str | Path = "runs") -> Table["Run"]:
         }
         for one in found
     ]
-    title = f"{len(rows)} run{'s' * (len(rows) != 1)} in {folder}"
-    return Table(title, [Run(one.path) for one in found], rows)
+    return Table(f"runs in {folder}", [Run(one.path) for one in found], rows)
 
 
 def presets() -> Table[str]:
     """Return the names of all presets, for `evolve`, as a sequence that is shown as a table."""
     rows = [{"preset": name, "description": describe_preset(name)} for name in entries(EXPERIMENTS)]
-    return Table(f"{len(rows)} presets", [row["preset"] for row in rows], rows)
+    return Table("presets", [row["preset"] for row in rows], rows)
 
 
 Shown: TypeAlias = "Individual | Run | str | Path"
@@ -321,16 +316,13 @@ def verify(subject: "str | Path | Challenge | Individual | Run") -> Verdict | Ch
         RunError: the run does not exist or cannot be read.
         PluginError: a plugin fails.
     """
-    if isinstance(subject, Run):
-        return subject.verify()
+    if isinstance(subject, str | Path):
+        subject = find_challenge(str(subject)) or load(subject)
+    if not isinstance(subject, Challenge):
+        subject = _opened(subject)
     if isinstance(subject, Individual):
         subject = Challenge.of(subject)
-    elif not isinstance(subject, Challenge):
-        found = find_challenge(str(subject))
-        if found is None:
-            return load(subject).verify()
-        subject = found
-    return verify_challenge(subject)
+    return subject.verify() if isinstance(subject, Run) else verify_challenge(subject)
 
 
 class RunningSearch(Progress, Iterator[Generation]):
@@ -532,95 +524,9 @@ class Run(ReprMixin):
             warn(text)
         return found
 
-    def in_worlds(
-        self,
-        number: int = 100,
-        *,
-        generation: int | None = None,
-        member: int | None = None,
-        seed: int = 0,
-        ranges: Ranges | None = None,
-        workers: int | None = None,
-    ) -> UnseenResults:
-        """Evaluate the champion, or another individual, in unseen worlds.
-
-        Args:
-            number: number of worlds.
-            generation: generation whose best individual to evaluate; None for the champion.
-            member: number of a member of the front or archive to evaluate instead, counted from 1.
-            seed: seed of the worlds.
-            ranges: lowest and highest value of each varying condition, by name; None for the
-                ranges of the experiment's worlds or, if it has none, the body's usual ranges.
-            workers: number of parallel workers; None chooses the body's default.
-
-        Raises:
-            GaitsimError: the body lacks these conditions or has none, or an argument is invalid.
-            RunError: the individual does not exist.
-        """
-        check_workers(workers)
-        individual = self.replay(generation, member=member)
-        return evaluate_unseen(individual, number, seed=seed, ranges=ranges, workers=workers)
-
-    def checks(
-        self,
-        *,
-        generation: int | None = None,
-        member: int | None = None,
-        workers: int | None = None,
-    ) -> CheckResults | None:
-        """Check whether the champion, or another individual, holds in the body's checks.
-
-        Args:
-            generation: generation whose best individual to check; None for the champion.
-            member: number of a member of the front or archive to check instead, counted from 1.
-            workers: number of parallel workers; None chooses the body's default.
-
-        Returns:
-            None for a body without checks.
-
-        Raises:
-            RunError: the individual does not exist.
-        """
-        check_workers(workers)
-        return check_gait(self.replay(generation, member=member), workers=workers)
-
-    def feedback(
-        self,
-        *,
-        generation: int | None = None,
-        member: int | None = None,
-        workers: int | None = None,
-    ) -> FeedbackResults | None:
-        """Compare the champion, or another individual, with and without its reflexes.
-
-        The servo horns have errors of 2°, drawn 10 times.
-
-        Args:
-            generation: generation whose best individual to compare; None for the champion.
-            member: number of a member of the front or archive to compare instead, counted from 1.
-            workers: number of parallel workers; None chooses the body's default.
-
-        Returns:
-            None for a body without reflexes.
-
-        Raises:
-            RunError: the individual does not exist.
-        """
-        check_workers(workers)
-        return compare_blind(self.replay(generation, member=member), workers=workers)
-
-    def analyse(self, generation: int | None = None, *, member: int | None = None) -> GaitAnalysis:
-        """Return the analysis of the champion's gait, or of another individual's.
-
-        Args:
-            generation: generation whose best individual to analyse; None for the champion.
-            member: number of a member of the front or archive to analyse instead, counted from 1.
-
-        Raises:
-            GaitsimError: both generation and member are given.
-            RunError: the individual does not exist.
-        """
-        return self.replay(generation, member=member).analyse()
+    def analyse(self) -> GaitAnalysis:
+        """Return the analysis of the champion's gait; see `Individual.analyse`."""
+        return self.champion.analyse()
 
     def verify(
         self,
@@ -645,20 +551,9 @@ class Run(ReprMixin):
         check_workers(workers)
         return verify_run(self.snapshot, generations, everything=everything, workers=workers)
 
-    def share(self, generation: int | None = None, *, member: int | None = None) -> str:
-        """Return the challenge code of the champion, or of another individual.
-
-        `gaitsim.verify` verifies it on any machine; `Challenge.read` opens it.
-
-        Args:
-            generation: generation whose best individual to share; None for the champion.
-            member: number of a member of the front or archive to share instead, counted from 1.
-
-        Raises:
-            GaitsimError: both generation and member are given, or the code would be too large.
-            RunError: the individual does not exist, or the run is damaged.
-        """
-        return code_of(self.replay(generation, member=member))
+    def share(self) -> str:
+        """Return the challenge code of the champion; see `Individual.share`."""
+        return self.champion.share()
 
     @property
     def members(self) -> Members | None:
@@ -853,7 +748,7 @@ class Run(ReprMixin):
         self,
         kind: str = "fitness",
         *,
-        generations: Sequence[Which] = (),
+        generations: Sequence[Which] | Which = (),
         dark: bool = False,
         **options: Any,
     ) -> "Figure":
@@ -881,7 +776,7 @@ class Run(ReprMixin):
         path: str | Path,
         format: str | None = None,
         *,
-        generations: Sequence[Which] = (),
+        generations: Sequence[Which] | Which = (),
         **options: Any,
     ) -> Exported:
         """Write the champion, or other individuals, to a file; see `gaitsim.export`.
@@ -899,7 +794,7 @@ class Run(ReprMixin):
         self,
         path: str | Path,
         *,
-        generations: Sequence[Which] = (),
+        generations: Sequence[Which] | Which = (),
         view: str = "iso",
         size: tuple[int, int] | None = None,
         fps: float | None = None,
@@ -939,7 +834,7 @@ class Run(ReprMixin):
         video.write(path)
         return path
 
-    def page(self, path: str | Path, *, generations: Sequence[Which] = ()) -> Path:
+    def page(self, path: str | Path, *, generations: Sequence[Which] | Which = ()) -> Path:
         """Write a page that plays champions in any browser, like `gaitsim export --format html`.
 
         Args:
@@ -954,10 +849,8 @@ class Run(ReprMixin):
             GaitsimError: too many gaits are given, the body cannot be drawn, or the file cannot be
                 written.
         """
-        path, run = Path(path), self.snapshot
-        individuals = tuple(run.individual(one) for one in generations or (None,))
-        page_exporter().write(Subject(run, individuals), path)
-        return path
+        self.export(path, "html", generations=generations)
+        return Path(path)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self.snapshot.checkpoint

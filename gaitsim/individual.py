@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.arguments import check_workers
 from gaitsim.contracts import Motion, Skeleton
 from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
-from gaitsim.evaluation.worlds import World, describe
+from gaitsim.evaluation.worlds import Ranges, World, describe
 from gaitsim.evolution import Generation
 from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
@@ -22,7 +23,14 @@ from gaitsim.toml import brief, shortened
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gaitsim.inspecting import DataFrame, Exported, GaitAnalysis
+    from gaitsim.inspecting import (
+        CheckResults,
+        DataFrame,
+        Exported,
+        FeedbackResults,
+        GaitAnalysis,
+        UnseenResults,
+    )
 
 
 class Measurement(NamedTuple):
@@ -338,6 +346,55 @@ class Individual(ReprMixin):
         from gaitsim.inspecting import analyse_individual
 
         return analyse_individual(self)
+
+    def in_worlds(
+        self,
+        number: int = 100,
+        *,
+        seed: int = 0,
+        ranges: Ranges | None = None,
+        workers: int | None = None,
+    ) -> "UnseenResults":
+        """Evaluate the individual in unseen worlds.
+
+        Args:
+            number: number of worlds.
+            seed: seed of the worlds.
+            ranges: lowest and highest value of each varying condition, by name; None for the
+                ranges of the experiment's worlds or, if it has none, the body's usual ranges.
+            workers: number of parallel workers; None chooses the body's default.
+
+        Raises:
+            GaitsimError: the body lacks these conditions or has none, or an argument is invalid.
+        """
+        from gaitsim.inspecting import evaluate_unseen
+
+        check_workers(workers)
+        return evaluate_unseen(self, number, seed=seed, ranges=ranges, workers=workers)
+
+    def checks(self, workers: int | None = None) -> "CheckResults | None":
+        """Check whether the gait holds in the body's checks; None for a body without checks.
+
+        Args:
+            workers: number of parallel workers; None chooses the body's default.
+        """
+        from gaitsim.inspecting import check_gait
+
+        check_workers(workers)
+        return check_gait(self, workers=workers)
+
+    def feedback(self, workers: int | None = None) -> "FeedbackResults | None":
+        """Compare the gait with and without its reflexes; None for a body without reflexes.
+
+        The servo horns have errors of 2°, drawn 10 times.
+
+        Args:
+            workers: number of parallel workers; None chooses the body's default.
+        """
+        from gaitsim.inspecting import compare_blind
+
+        check_workers(workers)
+        return compare_blind(self, workers=workers)
 
     def plot(self, kind: str = "path", *, dark: bool = False, **options: Any) -> "Figure":
         """Return a plot of the motion, as `Run.plot` does.

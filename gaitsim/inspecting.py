@@ -1,4 +1,4 @@
-"""Analyses, plots, exports and tables behind the methods of runs and individuals.
+"""Analyses, tests, plots, exports and tables behind the methods of runs and individuals.
 
 `gaitsim.individual` imports this module in its methods, against the order of the layers, so that
 `run.champion.plot()` and `gs.analyse(run)` call the same functions.
@@ -14,7 +14,10 @@ from gaitsim.contracts import Exported, Exporter, Plot, Subject
 from gaitsim.contracts.product import Product
 from gaitsim.errors import GaitsimError, not_installed
 from gaitsim.gait.channels import motion_columns
+from gaitsim.gait.checks import CheckResults, check_gait
+from gaitsim.gait.feedback import FeedbackResults, compare_blind
 from gaitsim.gait.report import GaitAnalysis, analyse_individual
+from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
 from gaitsim.individual import Individual, Which
 from gaitsim.registry.loading import call_product, load_product, products
 from gaitsim.render.notebook import enable_notebook_display
@@ -24,7 +27,18 @@ from gaitsim.storage.snapshot import RunSnapshot
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-__all__ = ["Exported", "GaitAnalysis", "analyse_individual", "code_of"]
+__all__ = [
+    "CheckResults",
+    "Exported",
+    "FeedbackResults",
+    "GaitAnalysis",
+    "UnseenResults",
+    "analyse_individual",
+    "check_gait",
+    "code_of",
+    "compare_blind",
+    "evaluate_unseen",
+]
 
 DataFrame: TypeAlias = Any  # pandas.DataFrame; pandas is an extra
 DEFAULT = "mat"  # format
@@ -51,7 +65,7 @@ def motion_frame(individual: Individual) -> DataFrame:
 def plot(
     kind: str,
     shown: RunSnapshot | Individual,
-    which: Sequence[Which],
+    which: Sequence[Which] | Which,
     options: Mapping[str, Any],
     *,
     dark: bool,
@@ -72,7 +86,7 @@ def export(
     shown: RunSnapshot | Individual,
     path: Path,
     format: str | None,
-    which: Sequence[Which],
+    which: Sequence[Which] | Which,
     options: Mapping[str, Any],
 ) -> Exported:
     """Write a run, individuals of a run, or one individual to a file or folder."""
@@ -114,7 +128,7 @@ def format_of(path: Path, remedy: str, where: str = "") -> str:
 
 
 def _subject(
-    product: Product, name: str, shown: RunSnapshot | Individual, which: Sequence[Which]
+    product: Product, name: str, shown: RunSnapshot | Individual, which: Sequence[Which] | Which
 ) -> Subject:
     """Return the input of a plot or an exporter."""
     if isinstance(shown, Individual):
@@ -124,7 +138,7 @@ def _subject(
                 remedy="use the run itself, from gaitsim.load()",
             )
         return Subject(None, (shown,))
-    if product.input == "individual" and len(which) > 1:
+    individuals = () if product.input == "run" else shown.individuals(which)
+    if product.input == "individual" and len(individuals) > 1:
         raise GaitsimError(f"{name} takes one individual", allowed="one generation or member")
-    chosen = () if product.input == "run" else tuple(map(shown.individual, which or (None,)))
-    return Subject(shown, chosen)
+    return Subject(shown, individuals)

@@ -95,7 +95,7 @@ class Table(TableMixin, Sequence[_Item], Generic[_Item]):
     """A sequence that is shown as a table, with a row for each item.
 
     Args:
-        title: line above the table.
+        title: what the items are.
         items: the items.
         rows: cells of each item by the name of the column.
     """
@@ -118,7 +118,7 @@ class Table(TableMixin, Sequence[_Item], Generic[_Item]):
         return len(self._items)
 
     def _repr_title(self) -> str:
-        return self._title
+        return f"{self._title}: {len(self)}"
 
     def _repr_rows(self) -> Sequence[Mapping[str, object]]:
         return self._rows

@@ -80,11 +80,12 @@ def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch)
     found = gs.runs(evolved_search.run.path.parent)
     assert [run.path.name for run in found] == ["evolved_search"]
     title, head, row = repr(found).splitlines()
-    assert title.startswith("1 run in ")
+    assert title == f"runs in {evolved_search.run.path.parent}: 1"
     assert head.split() == ["run", "body", "fitness", "generation", "best", "state"]
     assert row.split()[:4] == ["evolved_search", "spider", "spider-walk", "4/4"]
     assert row.split()[4:] == [f"{found[0].champion.score:.4g}", "finished"]
     assert "<td>evolved_search</td>" in found._repr_html_()
+    assert repr(found[1:]).endswith(": 0")
     with pytest.raises(gs.GaitsimError, match="folder not found"):
         gs.runs("nowhere")
     presets = gs.presets()
@@ -98,6 +99,8 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
     assert run.champion.gait == run.analyse().name.name == gs.analyse(str(run.path)).name.name
     with pytest.raises(gs.GaitsimError, match="a RunningSearch is neither a run nor an indiv"):
         gs.analyse(evolved_search)  # type: ignore[arg-type]
+    with pytest.raises(gs.GaitsimError, match="a RunningSearch is neither a run nor an indiv"):
+        gs.verify(evolved_search)  # type: ignore[arg-type]
     assert repr(run.analyse()).startswith(f"Gait: {run.champion.gait}, ")
     assert isinstance(run.champion.plot("footfall"), Figure)
     assert isinstance(run.champion.plot(), Figure)
@@ -107,6 +110,8 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
     assert damaged.damage == ("L2 lost",)
     assert "changes='L2 lost'" in repr(damaged)
     assert damaged.score == run.replay(2, damage=["L2 lost"]).score < run.replay(2).score
+    assert "2 individuals" in run.export(tmp_path / "a.csv", "motion", generations=[1, 2]).summary
+    assert "1 individual" in run.export(tmp_path / "a.csv", "motion", generations=2).summary
     run.export(tmp_path / "gait.csv")
     gs.export(run.champion, tmp_path / "same.csv")
     assert (tmp_path / "gait.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()
@@ -135,6 +140,9 @@ def test_a_motion_names_its_channels(evolved_search: gs.RunningSearch) -> None:
         motion["foot"]
     assert "foot" not in motion
     assert motion.get("foot") is None
+    assert repr(gs.Motion(1.0, {})) == "Motion of 0 at 1 Hz"
+    derived = gs.Motion(1.0, {}, {("a",): lambda: {"a": np.zeros((2, 3))}})
+    assert repr(derived).startswith("Motion of 2 at 1 Hz")
     title, head, *rows = repr(motion).splitlines()
     assert title == "Motion of 1 at 30 Hz"
     assert head.split() == ["channel", "shape", "unit", "meaning"]
@@ -401,7 +409,9 @@ def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.Runn
 def test_a_run_is_evaluated_in_unseen_worlds(tmp_path):
     options = {"population": 4, "generations": 1, "set": {"organism.duration": 0.5}}
     list(gs.evolve("walker", **options, out=tmp_path / "run"))
-    found = gs.load(tmp_path / "run").in_worlds(5, ranges={"friction": (0.3, 0.6)}, workers=1)
+    found = gs.load(tmp_path / "run").champion.in_worlds(
+        5, ranges={"friction": (0.3, 0.6)}, workers=1
+    )
     assert len(found.worlds) == 5
     assert found.nominal.result == gs.load(tmp_path / "run").champion.measures["forward"]
     assert "worst_tenth=" in repr(found)

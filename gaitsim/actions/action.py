@@ -208,7 +208,7 @@ class OneIndividual(ChosenIndividual):
 
     def individuals(self, run: "RunSnapshot") -> "tuple[Individual, ...]":
         """Return the chosen individuals of a run, on their changed bodies."""
-        return tuple(self.changed(run.individual(one)) for one in self.choices() or (None,))
+        return tuple(map(self.changed, run.individuals(self.choices())))
 
 
 class SeveralIndividuals(OneIndividual):

@@ -153,7 +153,7 @@ class Motion(TableMixin, Mapping[str, Array]):
     @property
     def population(self) -> int:
         """The number of individuals."""
-        return len(next(iter(self._channels.values())))
+        return len(self[next(iter(self))]) if len(self) else 0
 
     def _repr_title(self) -> str:
         return f"Motion of {self.population} at {self.frame_rate:g} Hz"

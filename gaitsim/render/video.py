@@ -31,14 +31,14 @@ class Video(Film):
     def __init__(
         self,
         run: RunSnapshot,
-        generations: Sequence[Choice] = (),
+        generations: Sequence[Choice] | Choice = (),
         settings: RenderSettings | None = None,
         changed: Callable[[Individual], Individual] = lambda individual: individual,
     ) -> None:
         settings = settings or RenderSettings()
         if run.generation == 1:
             settings = replace(settings, intro=False)  # one point makes no curve
-        shown = [changed(run.individual(one)) for one in generations or (None,)]
+        shown = [*map(changed, run.individuals(generations))]
         self.generations = tuple(one.generation for one in shown)
         self._stem = shown[0].stem
         _check_room(len(shown), settings.pixels)

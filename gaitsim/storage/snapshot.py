@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -463,6 +464,11 @@ class RunSnapshot:
         if isinstance(which, Near):
             which = self._nearest(which)
         return self._member(which) if isinstance(which, Member) else self._best(which)
+
+    def individuals(self, which: Sequence[Choice] | Choice = ()) -> tuple[Individual, ...]:
+        """Return the individual of each choice; that of the best of all generations for none."""
+        several = (which,) if isinstance(which, int | Member | Near | None) else which
+        return tuple(map(self.individual, several or (None,)))
 
     def _nearest(self, which: Near) -> Member:
         """Return the best member near given values."""

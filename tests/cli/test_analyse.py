@@ -234,6 +234,6 @@ def test_a_robot_with_reflexes_is_compared_with_its_blind_self(gaitsim, monkeypa
     assert "Reflexes: heading." in shown
     found = strict(gaitsim("analyse", "quadruped", "--json").stdout)["feedback"]
     assert found["feeling"]["nominal"]["forward"] != found["blind"]["nominal"]["forward"]
-    compared = gs.load("runs/quadruped").feedback()
+    compared = gs.load("runs/quadruped").champion.feedback()
     assert compared is not None
     assert strict(as_json(compared.to_dict())) == found

@@ -296,7 +296,7 @@ def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     line = next(line for line in resumed.splitlines() if line.startswith("Does not hold"))
     assert line in analysed.stdout
     assert json.loads(gaitsim("analyse", "puppet", "--json").stdout)["checks"] == found
-    checks = gs.load("runs/puppet").checks()
+    checks = gs.load("runs/puppet").champion.checks()
     assert checks is not None
     assert json.loads(as_json(checks.to_dict())) == found
 
