@@ -22,7 +22,7 @@ from gaitsim.contracts import GenomeSpace
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evaluation.worlds import World
+from gaitsim.evaluation.worlds import World, parse_world
 from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
@@ -488,7 +488,7 @@ class Run(ReprMixin):
         *,
         member: int | None = None,
         damage: Sequence[str] = (),
-        world: World | None = None,
+        world: World | str | None = None,
         engine: str | None = None,
         drive: Sequence[Mapping[str, float]] | None = None,
     ) -> Individual:
@@ -498,8 +498,8 @@ class Run(ReprMixin):
             generation: generation whose best individual to return; None for the best of the run.
             member: number of a member of the front or archive to return instead, counted from 1.
             damage: damage to the body, such as 'L2 lost' or `["L2 lost", "R1 femur stuck 20"]`.
-            world: conditions of the body's world, such as `{"friction": 0.4}`; None for the
-                body's own world.
+            world: conditions of the body's world, such as `{"friction": 0.4}` or 'friction 0.4';
+                None for the body's own world.
             engine: physics engine for a robot, such as 'bullet'; None for its own.
             drive: commands over time to a robot, such as
                 `[{"speed": 0.2}, {"at": 5.0, "turn": 30.0}]`: `at` in s, `speed` and `sideways` in
@@ -515,7 +515,9 @@ class Run(ReprMixin):
         found = self.snapshot.individual(generation if member is None else Member(member))
         if damage:
             found = with_damage(found, [damage] if isinstance(damage, str) else damage)
-        found = with_world(found, world) if world else found
+        if world:
+            conditions = parse_world([world], "world") if isinstance(world, str) else world
+            found = with_world(found, conditions)
         found = in_engine(found, engine) if engine else found
         if drive is None:
             return found

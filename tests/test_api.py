@@ -415,3 +415,11 @@ def test_a_run_is_evaluated_in_unseen_worlds(tmp_path):
     assert len(found.worlds) == 5
     assert found.nominal.result == gs.load(tmp_path / "run").champion.measures["forward"]
     assert "worst_tenth=" in repr(found)
+
+
+def test_pictures_and_pages_show_the_champion_of_a_run(evolved_search: gs.RunningSearch) -> None:
+    run = evolved_search.run
+    assert np.array_equal(gs.picture(run), gs.picture(run.champion))
+    assert gs.view(run).page == gs.view(run.champion).page
+    with pytest.raises(gs.GaitsimError, match="is not an individual"):
+        gs.picture("spider")

@@ -1,7 +1,7 @@
 """Pictures, pages and figures of individuals, for Python and notebooks."""
 
 from html import escape
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gaitsim.contracts import Exporter, Subject
 from gaitsim.errors import GaitsimError, unknown
@@ -17,7 +17,7 @@ DOTS_PER_INCH = 150  # resolution of a figure in a notebook
 
 
 def picture(
-    individual: Individual,
+    shown: Any,
     seconds: float = 0.0,
     *,
     view: str = "iso",
@@ -27,14 +27,14 @@ def picture(
     """Draw the body of an individual at a moment, as an image that notebooks show.
 
     Args:
-        individual: an individual, such as a run's champion.
+        shown: an individual; or a run or a search, for its champion.
         seconds: time since the motion began.
         view: 'iso' (from a front corner and above), 'side' or 'top'.
         size: width and height, pixels.
         dark: whether the background is dark.
 
     Raises:
-        GaitsimError: the view is unknown.
+        GaitsimError: `shown` is something else, or the view is unknown.
         PluginError: the body cannot be drawn.
     """
     from PIL import Image
@@ -44,7 +44,8 @@ def picture(
     if view not in VIEWS:
         raise unknown("view", view, VIEWS)
     theme = "dark" if dark else "light"
-    return Image.fromarray(draw(individual.skeleton, seconds, size=size, view=view, theme=theme))
+    skeleton = _individual(shown).skeleton
+    return Image.fromarray(draw(skeleton, seconds, size=size, view=view, theme=theme))
 
 
 class View:
@@ -71,22 +72,34 @@ class View:
         return f"View({len(self.page):,} bytes of HTML, for notebooks)"
 
 
-def view(*individuals: Individual, height: int = 560) -> View:
+def view(*shown: Any, height: int = 560) -> View:
     """Return a page that plays individuals in 3D, side by side, in a notebook.
 
     Args:
-        *individuals: one or more individuals, such as `run.replay(1), run.champion`.
+        *shown: one or more individuals, such as `run.replay(1), run.champion`; or runs or
+            searches, for their champions.
         height: height of the frame, pixels.
 
     Raises:
-        GaitsimError: no individual is given, or too many.
+        GaitsimError: no individual is given, too many, or something else.
         PluginError: a body cannot be moved, drawn or measured.
     """
-    if not individuals:
+    if not shown:
         raise GaitsimError(
             "view() was called without an individual", allowed="one or more individuals"
         )
-    return View(page_exporter().embedded(Subject(None, individuals)), height)
+    subject = Subject(None, tuple(map(_individual, shown)))
+    return View(page_exporter().embedded(subject), height)
+
+
+def _individual(shown: Any) -> Individual:
+    found = getattr(shown, "champion", shown)
+    if isinstance(found, Individual):
+        return found
+    raise GaitsimError(
+        f"a {type(found).__name__} is not an individual",
+        allowed="an individual, such as run.replay(3); or a run or a search, for its champion",
+    )
 
 
 def page_exporter() -> Exporter:
