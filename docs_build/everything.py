@@ -58,9 +58,16 @@ def _python(documented: Mapping[str, str]) -> Iterator[str]:
             f"[{shown}]({pages[name]})" if name in pages else shown, getattr(gs, name).__doc__
         )
     for short, found in OBJECTS.items():
-        for name, member in inspect.getmembers(found, _is_public):
+        members = {name: one.__doc__ for name, one in inspect.getmembers(found, _is_public)}
+        for name, text in sorted((members | _attributes(found)).items()):
             if not name.startswith("_"):
-                yield _line(f"[`{short}.{name}`]({pages[found.__name__]})", member.__doc__)
+                yield _line(f"[`{short}.{name}`]({pages[found.__name__]})", text)
+
+
+def _attributes(found: type) -> dict[str, str]:
+    """Return the attributes that the docstring of a class lists, with their descriptions."""
+    section = inspect.cleandoc(found.__doc__ or "").partition("Attributes:\n")[2]
+    return dict(re.findall(r"^    (\w+): (.*(?:\n {8}.*)*)", section.partition("\n\n")[0], re.M))
 
 
 def _is_public(member: object) -> bool:

@@ -324,6 +324,10 @@ def test_pictures_show_individuals(evolved_search: gs.RunningSearch, tmp_path: P
     assert len(picture.getcolors(160 * 90) or ()) > 5
     with pytest.raises(gs.GaitsimError, match="did you mean 'side'"):
         gs.picture(run.champion, view="sid")
+    assert gs.picture(run, 1.0, size=(160, 90)) == picture
+    assert gs.view(run).page == gs.view(run.champion).page
+    with pytest.raises(gs.GaitsimError, match="a str is not an individual"):
+        gs.view("spider")
     with pytest.warns(UserWarning, match="cannot show a movement"):
         film = run.video(tmp_path / "walk.gif", size=(128, 96), speed=20, fps=5, intro=False)
     with Image.open(film) as opened:
@@ -415,11 +419,3 @@ def test_a_run_is_evaluated_in_unseen_worlds(tmp_path):
     assert len(found.worlds) == 5
     assert found.nominal.result == gs.load(tmp_path / "run").champion.measures["forward"]
     assert "worst_tenth=" in repr(found)
-
-
-def test_pictures_and_pages_show_the_champion_of_a_run(evolved_search: gs.RunningSearch) -> None:
-    run = evolved_search.run
-    assert np.array_equal(gs.picture(run), gs.picture(run.champion))
-    assert gs.view(run).page == gs.view(run.champion).page
-    with pytest.raises(gs.GaitsimError, match="is not an individual"):
-        gs.picture("spider")
