@@ -112,6 +112,9 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
     assert damaged.score == run.replay(2, damage=["L2 lost"]).score < run.replay(2).score
     assert "2 individuals" in run.export(tmp_path / "a.csv", "motion", generations=[1, 2]).summary
     assert "1 individual" in run.export(tmp_path / "a.csv", "motion", generations=2).summary
+    assert run.replay(2, world="slope 2").score == run.replay(2, world={"slope": 2}).score
+    with pytest.raises(gs.GaitsimError, match="invalid condition of a world: 'slope'"):
+        run.replay(2, world="slope")
     run.export(tmp_path / "gait.csv")
     gs.export(run.champion, tmp_path / "same.csv")
     assert (tmp_path / "gait.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()

@@ -103,6 +103,7 @@ def test_everything_has_a_line_with_a_link(monkeypatch: pytest.MonkeyPatch) -> N
     documented = {one: name for name, (_, objects) in build.API.items() for one in objects}
     page = pages.page(documented)
     names = [f"gs.{name}" for name in gs.__all__] + ["run.export", "individual.plot"]
+    names += ["individual.genome", "run.path", "search.champion"]
     names += ["gaitsim verify", "joint_angles", "forward", "altitude"]
     names += [name for kind in ("plot", "exporter", "organism") for name in entries(kind)]
     assert not [name for name in (*names, *gs.presets()) if f"[`{name}`](" not in page]
