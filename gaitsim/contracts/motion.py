@@ -153,7 +153,8 @@ class Motion(TableMixin, Mapping[str, Array]):
     @property
     def population(self) -> int:
         """The number of individuals."""
-        return len(self[next(iter(self))]) if len(self) else 0
+        known = self._channels or {name: self[name] for name in [*self._derived][:1]}
+        return len(next(iter(known.values()), ()))
 
     def _repr_title(self) -> str:
         return f"Motion of {self.population} at {self.frame_rate:g} Hz"

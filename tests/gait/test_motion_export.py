@@ -20,6 +20,12 @@ SHORT = {
 }
 
 
+def load(path):
+    """Return the arrays of a file, which is closed."""
+    with np.load(path) as file:
+        return dict(file)
+
+
 def individual(preset):
     experiment = gs.load_experiment(preset, SHORT[preset])
     genome = experiment.space().random(1, np.random.default_rng(5))[0]
@@ -96,7 +102,7 @@ def test_a_body_that_declares_nothing_has_all_channels_of_its_motion(tmp_path):
     found = dict(zip(head, map(float, row), strict=True))
     assert (found["place entry 1"], found["place entry 2"]) == tuple(one.genome)
     assert found["score"] == found["channel score"] == one.score
-    arrays = np.load(tmp_path / "a.npz")
+    arrays = load(tmp_path / "a.npz")
     for name in ("place", "channel time", "channel about"):
         assert np.array_equal(arrays[name], [one.genome])
     assert json.loads(str(arrays["about"]))["channels"]["place"]["axes"] == [
@@ -149,7 +155,7 @@ def test_whole_populations_are_exported(gaitsim, finished, tmp_path):
     said = gaitsim("export", run.path, "--format", "motion", "--population", "last").stdout
     assert f"{size} individuals" in said
     run.export(tmp_path / "some.npz", "motion", population="every 2")
-    found = np.load(tmp_path / "some.npz")
+    found = load(tmp_path / "some.npz")
     assert found["generation"].tolist() == sorted([*range(2, last + 1, 2)] * size)
     assert found["individual"].tolist() == [*range(1, size + 1)] * (last // 2)
     bests = [found["score"][found["generation"] == n].max() for n in range(2, last + 1, 2)]
@@ -165,7 +171,7 @@ def test_damage_applies_to_all_individuals(tmp_path):
     run = gs.load(tmp_path / "run")
     subject = Subject(run.snapshot, (run.replay(damage="L2 lost"),))
     write_motion(subject, tmp_path / "a.npz", 1, None)
-    found = np.load(tmp_path / "a.npz")
+    found = load(tmp_path / "a.npz")
     assert found["score"].tolist() == [run.replay(n, damage="L2 lost").score for n in (1, 2)]
     with pytest.raises(gs.GaitsimError, match="cannot be combined with --every"):
         run.export(tmp_path / "b.npz", "motion", generations=[1, 2], every=1)
@@ -178,7 +184,7 @@ def test_kept_populations_are_not_evolved_again(gaitsim, finished, tmp_path, mon
     run.export(tmp_path / "again.npz", "motion", population="1,2,4,5")
     monkeypatch.setattr("gaitsim.storage.verification._evolve", None)
     run.export(tmp_path / "kept.npz", "motion", population="2,4,5")
-    again, kept = np.load(tmp_path / "again.npz"), np.load(tmp_path / "kept.npz")
+    again, kept = load(tmp_path / "again.npz"), load(tmp_path / "kept.npz")
     assert set(kept["generation"]) == {2, 4, 5}
     for name in ("score", "reach"):
         assert np.array_equal(kept[name], again[name][again["generation"] > 1])
