@@ -38,6 +38,11 @@ class KeyQueue(App[None]):
         self._held_since = 0.0
         self._retries = False
 
+    @property
+    def holds_keys(self) -> bool:
+        """Whether a key waits or is being handled."""
+        return bool(self._keys or self._settling)
+
     async def on_event(self, event: Event) -> None:
         """Queue a key; handle other events at once."""
         if isinstance(event, Key | Paste) and not event.is_forwarded:

@@ -55,13 +55,12 @@ class Driver:
         return self.app.screen
 
     async def press(self, *keys):
+        """Press keys and wait until all of them are handled."""
         await self.pilot.press(*keys)
-        await self.pilot.pause()
+        await self.until(lambda: not self.app.holds_keys)
 
     async def type(self, text):
-        for char in text:
-            await self.pilot.press(char if char.isalnum() else _NAMES[char])
-        await self.pilot.pause()
+        await self.press(*(char if char.isalnum() else _NAMES[char] for char in text))
 
     async def until(self, holds, seconds=60):
         """Wait until a condition holds."""
