@@ -11,12 +11,12 @@ AGES = (
     ("w", 7 * DAY, 100 * DAY),
     ("d", DAY, DAY),
     ("h", HOUR, HOUR),
-    ("m", MINUTE, MINUTE),
+    ("min", MINUTE, MINUTE),
 )
 
 
 def age(seconds: float) -> str:
-    """Format an age in at most four characters: 'now', '12 s', '5 m', '3 h', '2 d', '14 w'."""
+    """Format an age in at most six characters: 'now', '12 s', '5 min', '3 h', '2 d', '14 w'."""
     if seconds < 5:
         return "now"
     for unit, length, least in AGES:
@@ -26,7 +26,7 @@ def age(seconds: float) -> str:
 
 
 def ago(seconds: float) -> str:
-    """Format the time since an event in at most eight characters: 'now', '12 s ago'."""
+    """Format the time since an event in at most ten characters: 'now', '12 min ago'."""
     text = age(seconds)
     return text if text == "now" else f"{text} ago"
 

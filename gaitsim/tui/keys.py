@@ -74,7 +74,7 @@ ACTIONS: dict[str, list[ScreenAction]] = {
     "app": [
         Shown("help", "question_mark", "Help", "Show keys and their use",
               words="keys shortcuts manual"),
-        Hidden("quit", "q", "Quit", "Quit; asks whether active runs should continue",
+        Shown("quit", "q", "Quit", "Quit; asks whether active runs should continue",
                words="exit leave close end"),
         Hidden("jump", "ctrl+o", "Jump", "Focus an item by typing its letter",
                words="focus go widget"),

@@ -200,9 +200,9 @@ class TestLiveView:
         lines = drawn(view)
         assert lines[0].rstrip().endswith("10/20")
         assert [line.split() for line in lines[1:4]] == [
-            ["best", "1.000", "▁█"],
-            ["mean", "0.900", "▁█"],
-            ["diversity", "0.200", "█▁"],
+            ["best", "1.000", "⡸"],
+            ["mean", "0.900", "⡸"],
+            ["diversity", "0.200", "⢱"],
         ]
         clock.now += 2
         update(view, generation(11), 20)
@@ -220,13 +220,13 @@ class TestLiveView:
         _, rescored = known(20, last, best=[1.0], mean=[0.991])
         view.start_stage(2, 3, ["a rate: 0.1, now 0.2"], rescored if reevaluated else None)
         assert file.getvalue() == "stage 2, from generation 3: a rate: 0.1, now 0.2\n"
-        before = {"best": "1.000 ▁", "mean": "0.991 ▁"}
+        before = {"best": "1.000 ⡀", "mean": "0.991 ⡀"}
         if not reevaluated:
-            before = {"best": "9.000 ▁█", "mean": "8.000 ▁█"}
+            before = {"best": "9.000 ⡸", "mean": "8.000 ⡸"}
         lines = drawn(view)
         assert " ".join(lines[1].split()) == f"best {before['best']}"
         assert " ".join(lines[2].split()) == f"mean {before['mean']}"
-        assert lines[3].split() == ["diversity", "0.200", "█▁"]
+        assert lines[3].split() == ["diversity", "0.200", "⢱"]
         clock.now += 2
         progress = SearchProgress(60, 1.0, 0, None, 2)
         update(view, dataclasses.replace(generation(3), progress=progress), 20)

@@ -12,10 +12,11 @@ from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 
 from gaitsim.live.process import background_state, start_detached
+from gaitsim.render.terminal.text import number
 from gaitsim.storage import growing
 from gaitsim.storage.lock import RunLock, is_locked
 from gaitsim.storage.manage import read_note
-from gaitsim.tui.formatting import clip_name
+from gaitsim.tui.formatting import ago, clip_name, duration
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import COLUMNS, MARK, NARROW, NO_MARK, columns
 
@@ -52,6 +53,13 @@ async def look(driver):
 @pytest.mark.parametrize("width", [1, 2, 3, 8, 12, 13])
 def test_a_clipped_name_fits_its_width(name, width):
     assert cell_len(clip_name(name, width)) <= width
+
+
+def test_ages_and_durations_use_the_same_units():
+    assert [ago(seconds) for seconds in (1, 50, 59 * 60, 7300, 3e6)] == [
+        "now", "50 s ago", "59 min ago", "2 h ago", "34 d ago",
+    ]  # fmt: skip
+    assert duration(420) == "7 min 0 s"
 
 
 class TestTable:
@@ -103,6 +111,17 @@ class TestTable:
             assert isinstance(driver.screen, Home)
             assert "not valid TOML" in driver.notifications()
 
+    async def test_curves_of_one_body_and_fitness_share_a_scale(self, walk, drive):
+        walk("a")
+        walk("b", 3, "seed=7")
+        async with drive(size=(160, 48)) as driver:
+            table = driver.screen.query_one("#runs")
+            curves = [run.curve for run in table.shown]
+            scores = [score for curve in curves for score in curve]
+            assert {table.scale(run) for run in table.shown} == {(min(scores), max(scores))}
+            low, high = number(min(scores)), number(max(scores))
+            assert f"curve from {low} to {high}" in driver.text("#details")
+
     async def test_long_names_keep_their_ends(self, walk, drive):
         walk("walker-rough-2")
         walk("walker-rough-3")
@@ -141,13 +160,47 @@ class TestFollowing:
             assert names(driver) == ["a", "c"]
             assert driver.screen.query_one("#runs").run.name == "c"
 
+    async def test_running_runs_keep_their_places_while_both_change(self, walk, drive):
+        paths = [walk("b"), walk("a"), walk("c")]
+        locks = [RunLock(path) for path in paths[:2]]
+        async with drive() as driver:
+            for turn in range(4):
+                changed = 2e9 + turn
+                os.utime(paths[turn % 2] / "experiment.toml", (changed, changed))
+                await look(driver)
+                assert names(driver) == ["a", "b", "c"]
+        for lock in locks:
+            lock.release()
+
+    async def test_no_runs_are_reported_only_after_the_folder_was_read_again(
+        self, walk, drive, monkeypatch
+    ):
+        Path("runs").mkdir(exist_ok=True)
+        gate = Event()
+        async with drive() as driver:
+            home, poll = driver.screen, growing.RunsWatcher.poll
+
+            def slow(watch, progress=None):
+                assert gate.wait(60)
+                return poll(watch, progress)
+
+            monkeypatch.setattr(growing.RunsWatcher, "poll", slow)
+            await driver.press("n")
+            await driver.at("New")
+            walk("new")
+            await driver.press("escape")
+            await driver.at("Home")
+            assert "no runs" not in str(home.query_one("#empty").render())
+            gate.set()
+            await driver.until(lambda: home.query("#runs") and names(driver) == ["new"])
+
 
 class TestManyRuns:
     async def test_runs_are_listed_while_the_scan_continues_and_keys_work(
         self, walk, drive, monkeypatch
     ):
-        for number, name in enumerate("abc"):
-            os.utime(walk(name, 0) / "experiment.toml", (number, number))
+        for changed, name in enumerate("abc"):
+            os.utime(walk(name, 0) / "experiment.toml", (changed, changed))
         read, gate = growing.RunFollower.poll, Event()
 
         def slow(follower):

@@ -18,7 +18,7 @@ Points = NDArray[np.float64]
 
 WIDE, HIGH = 2, 4  # dots per cell
 SPACE = ord(" ")
-_EMPTY = 0x2800
+EMPTY = 0x2800
 # Decimals to which dots are rounded: results that differ in the last bit between computers give
 # the same picture.
 _DECIMALS = 3
@@ -104,7 +104,7 @@ def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
     least = np.where(inks > behind, behind + 1, 1)[:, :, None, None]
     bits = ((grouped >= least) * _BITS).sum(axis=(2, 3), dtype=np.uint32)
     # A space instead of the empty pattern, which some fonts draw as eight rings.
-    return np.where(bits > 0, _EMPTY + bits, SPACE).astype(np.uint32), inks
+    return np.where(bits > 0, EMPTY + bits, SPACE).astype(np.uint32), inks
 
 
 def ink_runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:

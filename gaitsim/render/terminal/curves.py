@@ -1,4 +1,4 @@
-"""Curves in braille dots, with axes; sparklines, curves in one line of block characters."""
+"""Curves in braille dots, with axes; sparklines, curves in one line of text."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.render.series import Series
 from gaitsim.render.terminal.braille import (
+    EMPTY,
     HIGH,
     SPACE,
     WIDE,
@@ -22,29 +23,49 @@ from gaitsim.render.terminal.braille import (
 from gaitsim.render.terminal.curve_view import CurveView, Frame, Scale, frame_of, smooth_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
-BLOCKS = "▁▂▃▄▅▆▇█"
+_LEFT, _RIGHT = (0x40, 0x04, 0x02, 0x01), (0x80, 0x20, 0x10, 0x08)  # bits of dots, lowest first
+# The bits of the dots from one height to another, by the side of a character.
+_SPANS = np.array(
+    [
+        [[sum(bits[low : high + 1]) for high in range(HIGH)] for low in range(HIGH)]
+        for bits in (_LEFT, _RIGHT)
+    ]
+)
 
 
-def sparkline(values: Sequence[float] | NDArray[np.float64], width: int) -> str:
-    """Return a curve in at most `width` characters, with gaps where a value is not finite.
+def sparkline(
+    values: Sequence[float] | NDArray[np.float64],
+    width: int,
+    scale: tuple[float, float] | None = None,
+) -> str:
+    """Return a curve as a line of dots in at most `width` characters, each two dots wide.
 
-    A character that covers several values shows the last of them, so that the newest value is
-    always visible. A flat curve is drawn at the bottom.
+    The line has gaps where a value is not finite. A dot that covers several values shows the last
+    of them, so that the newest value is always visible. A flat curve is drawn at the bottom.
+
+    Args:
+        values: values of the curve.
+        width: maximum number of characters.
+        scale: values drawn lowest and highest; None uses the range of the curve.
     """
     curve = np.asarray(values, dtype=np.float64)
     if width <= 0 or not len(curve):
         return ""
-    if len(curve) > width:
-        curve = curve[np.linspace(len(curve) / width - 1, len(curve) - 1, width).astype(int)]
+    if len(curve) > (most := WIDE * width):
+        curve = curve[np.linspace(len(curve) / most - 1, len(curve) - 1, most).astype(int)]
     finite = np.isfinite(curve)
     if not finite.any():
-        return " " * len(curve)
+        return " " * -(-len(curve) // WIDE)
+    low, high = scale or (curve[finite].min(), curve[finite].max())
     # Halving keeps the difference of any two finite values finite.
-    heights = np.where(finite, curve, curve[finite][0]) / 2
-    heights -= heights.min()
-    top = heights.max()
-    steps = np.rint(heights / top * (len(BLOCKS) - 1) if top > 0 else heights).astype(int)
-    return "".join(BLOCKS[at] if shown else " " for at, shown in zip(steps, finite, strict=True))
+    heights, top = np.where(finite, curve, low).clip(low, high) / 2 - low / 2, high / 2 - low / 2
+    at = np.rint(heights / top * (HIGH - 1) if top > 0 else 0 * heights).astype(int)
+    before = np.append(at[:1], np.where(finite[:-1], at[:-1], at[1:]))
+    bits = np.zeros(len(at) + len(at) % WIDE, dtype=int)
+    spans = np.where(before < at, before + 1, at), np.where(before > at, before - 1, at)
+    bits[: len(at)] = np.where(finite, _SPANS[np.arange(len(at)) % WIDE, *spans], 0)
+    pairs = bits.reshape(-1, WIDE).sum(axis=1).tolist()
+    return "".join(chr(EMPTY + dots) if dots else " " for dots in pairs)
 
 
 AXIS, CURSOR, FIRST = 1, 2, 3  # inks of axes, cursor and last series; the first series is highest

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LISTED = 12  # maximum number of runs that a question names
+LOOKING = "Looking for runs …"
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "files", "replay", "map", "why", "compare", "export",
@@ -81,7 +82,7 @@ other terminals.
     def content(self) -> ComposeResult:
         """Compose the screen; the table is mounted once runs are read."""
         yield Input(placeholder="words to look for", id="filter", compact=True)
-        yield Static("Looking for runs …", id="empty")
+        yield Static(LOOKING, id="empty")
         yield Static(id="details")
 
     def on_mount(self) -> None:
@@ -99,6 +100,8 @@ other terminals.
 
     def on_screen_resume(self) -> None:
         if self.runs is not None:
+            if not self._listed:  # until the scan, as a run may have been created
+                self.query_one("#empty", Static).update(LOOKING)
             self._look_again()
 
     @work(group="look")
@@ -189,7 +192,8 @@ other terminals.
         panel.display = run is not None
         if run is not None:
             width = max(1, self.size.width - 2)
-            text = details(run, self.app.theme_variables, width)
+            assert self._table is not None, "it has the cursor"
+            text = details(run, self.app.theme_variables, width, self._table.scale(run))
             height = len(text.wrap(self.app.console, width))
             # A new layout at each move of the cursor would make it lag.
             panel.update(text, layout=height != self._height)
@@ -357,7 +361,8 @@ other terminals.
             return
         one = len(deleted) == 1
         about = str(deleted[0].path) if one else _join_names([run.name for run in deleted])
-        about += "\nTheir champions, exports and notes are deleted too. This cannot be undone."
+        about += "\nIts" if one else "\nTheir"
+        about += " champions, exports and notes are deleted too. This cannot be undone."
         if kept:
             about += (
                 f"\n\nNot deleted, because they evolve: {_join_names(kept)}. Press x to stop them."

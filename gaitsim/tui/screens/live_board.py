@@ -64,8 +64,9 @@ HINTS = {
 }
 EVENT_MARKS = {"best": "★", "kept": "⚑", "stage": "▶", "warning": "!"}
 TITLES = (
+    "best of each generation, on its own scale",
     "best of each generation",
-    "best over time",
+    "trend, own scale",
     "trend",
 )  # of the curve column, the longest that fits
 VALUE = 9  # columns of a number

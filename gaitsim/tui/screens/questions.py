@@ -37,7 +37,8 @@ class Confirm(ModalScreen[bool]):
         self._question, self._yes, self._about, self._danger = question, yes, about, danger
 
     def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog"):
+        with Vertical(classes="dialog") as box:
+            box.border_subtitle = f"y: {self._yes.lower()} · n or esc: cancel"
             yield from _heading(self._question, self._about)
             with Horizontal(classes="dialog-buttons"):
                 variant = "error" if self._danger else "primary"
@@ -72,7 +73,9 @@ class Choose(ModalScreen[str | None]):
         self._question, self._answers, self._about = question, answers, about
 
     def compose(self) -> ComposeResult:
-        with Vertical(classes="dialog"):
+        with Vertical(classes="dialog") as box:
+            hints = [f"{key}: {label.lower()}" for key, label in self._answers.items()]
+            box.border_subtitle = " · ".join([*hints, "esc: cancel"])
             yield from _heading(self._question, self._about)
             with Horizontal(classes="dialog-buttons"):
                 for number, (key, label) in enumerate(self._answers.items()):

@@ -15,7 +15,7 @@ from textual.widgets._footer import FooterKey
 from textual.widgets._header import HeaderTitle
 
 MORE = "More"
-_NEVER_OMITTED = {"screen.back", "app.help"}  # keys that are never omitted
+_NEVER_OMITTED = {"screen.back", "app.help", "app.quit"}  # keys that are never omitted
 _LINE = 1  # cell before the key of the palette
 
 
@@ -128,6 +128,8 @@ class Footer(widgets.Footer):
         for _, same in groupby(chosen.values(), lambda item: item.text):
             *joined, last = same
             items += [item._replace(text="") for item in joined] + [last]
+        if any(item.binding.id == "screen.back" for item in items):
+            items = [item for item in items if item.binding.id != "app.quit"]
         palette = None
         if self.show_command_palette and self.app.COMMAND_PALETTE_BINDING in active:
             _, binding, enabled, _ = active[self.app.COMMAND_PALETTE_BINDING]

@@ -54,7 +54,7 @@ class FileTable(OpenTable):
         self._files: list[Path] = []
 
     def on_mount(self) -> None:
-        for name, width in (("age", 5), ("size", 9), ("file", None)):
+        for name, width in (("age", 6), ("size", 9), ("file", None)):
             self.add_column(name, width=width)
 
     def list_folder(self, folder: Path, now: float) -> None:

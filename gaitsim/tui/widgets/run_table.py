@@ -1,5 +1,6 @@
 """The table of runs, sorted, filtered and updated cell by cell, and details of a run."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -17,7 +18,7 @@ from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
 from gaitsim.render.terminal.text import number, visible, visible_lines
 from gaitsim.storage.overview import Overview
-from gaitsim.tui.formatting import ago, clip, clip_name, duration
+from gaitsim.tui.formatting import age, ago, clip, clip_name, duration
 from gaitsim.tui.keys import bindings
 
 STATES = {
@@ -34,6 +35,8 @@ STATES = {
 _ORDER = list(STATES)
 LINES = 3  # maximum lines of a note
 SEPARATOR = "  ·  "
+Comparable = tuple[str, str]  # the body and the fitness of runs whose scores can be compared
+Scale = tuple[float, float]  # the scores drawn lowest and highest
 
 
 @dataclass(frozen=True)
@@ -69,11 +72,14 @@ COLUMNS = {
     ),
     "curve": Column("curve", 5, lambda run: run.seconds),
     "state": Column("state", 10, lambda run: _ORDER.index(run.state)),
-    "changed": Column("changed", 8, lambda run: run.changed, right=True),
+    # Running runs change all the time; they would swap places each time.
+    "changed": Column(
+        "changed", 8, lambda run: math.inf if run.state == "running" else run.changed, right=True
+    ),
 }
 NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
 WIDE = 110  # minimum width in cells for the column of the fitness, and for long titles
-_sparkline = lru_cache(maxsize=1024)(sparkline)  # a third of a row's cost
+_sparkline = lru_cache(maxsize=4096)(sparkline)  # a third of a row's cost
 MARK, NO_MARK = "◆ ", "◇ "
 # Columns that are sorted from the largest value first.
 DESCENDING_FIRST = {"generation", "best", "curve", "changed"}
@@ -83,7 +89,7 @@ def columns(width: int) -> list[tuple[Column, int]]:
     """Return the columns for a table of a width, and the width of each."""
     wide = width >= WIDE
     shown = [COLUMNS[name] for name in (COLUMNS if wide else NARROW)]
-    more = {"best": len("best score▼") - COLUMNS["best"].width} if wide else {}
+    more = {"best": 3, "changed": 2} if wide else {}  # for "best score▼" and "12 min ago"
     left = max(0, width - 1 - sum(column.width + 2 for column in shown) - sum(more.values()))
     # The name gets part of the remaining width, the curve the rest.
     more["run"] = min(left, 16)
@@ -115,6 +121,7 @@ class RunTable(DataTable[Text]):
         self._layout: list[tuple[Column, int]] = []
         self.shown: list[Overview] = []
         self._cells: dict[Path, list[Text]] = {}
+        self._scales: Mapping[Comparable, Scale] = {}
 
     @property
     def run(self) -> Overview | None:
@@ -122,15 +129,19 @@ class RunTable(DataTable[Text]):
         row = self.cursor_row
         return self.shown[row] if 0 <= row < len(self.shown) else None
 
+    def scale(self, run: Overview) -> Scale | None:
+        """Return the scale of the curve of a run; None if it has no scores."""
+        return self._scales.get(_comparable(run))
+
     def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
         """Show the runs that match all of `words`; `now` is the time in seconds since 1970."""
         found = list(runs)
         self._last_shown = (found, words, now)
         self.marked &= {run.path for run in found}
-        wanted = sorted(
-            _matching(found, words), key=COLUMNS[self.order].sort, reverse=self.descending
-        )
+        wanted = sorted(_matching(found, words), key=COLUMNS["run"].sort)
+        wanted.sort(key=COLUMNS[self.order].sort, reverse=self.descending)
         layout = columns(self.size.width)
+        self._scales = scales(found)
         cells = {run.path: self._row(run, layout, now) for run in wanted}
         before = [run.path for run in self.shown]
         if [*cells][: len(before)] == before and layout == self._layout:
@@ -243,13 +254,34 @@ class RunTable(DataTable[Text]):
             case "best":
                 text = "" if run.best is None else number(run.best, 4)
             case "curve":
-                text, style = _sparkline(run.curve, width), self.app.theme_variables["primary"]
+                text = _sparkline(run.curve, width, self.scale(run))
+                style = self.app.theme_variables["primary"]
             case "state":
                 text, colour = STATES[run.state]
                 style = self.app.theme_variables[colour]
             case _:
-                text = ago(now - run.changed)
+                text = (ago if width >= COLUMNS["changed"].width + 2 else age)(now - run.changed)
         return _text(clip(text, width), style, right=column.right)
+
+
+def scales(runs: Iterable[Overview]) -> dict[Comparable, Scale]:
+    """Return the lowest and highest score of the curves of all runs with a body and a fitness."""
+    found: dict[Comparable, Scale] = {}
+    for run in runs:
+        if (one := _range(run.curve)) is not None:
+            low, high = found.get(_comparable(run), one)
+            found[_comparable(run)] = min(low, one[0]), max(high, one[1])
+    return found
+
+
+def _comparable(run: Overview) -> Comparable:
+    return run.plugins.get("organism", ""), run.plugins.get("fitness", "")
+
+
+@lru_cache(maxsize=4096)
+def _range(curve: tuple[float, ...]) -> Scale | None:
+    finite = [score for score in curve if math.isfinite(score)]
+    return (min(finite), max(finite)) if finite else None
 
 
 def _text(text: str, style: str, *, right: bool) -> Text:
@@ -268,13 +300,16 @@ def _matching(runs: Iterable[Overview], words: str) -> list[Overview]:
     ]
 
 
-def details(run: Overview, colours: Mapping[str, str], width: int) -> Text:
+def details(
+    run: Overview, colours: Mapping[str, str], width: int, scale: Scale | None = None
+) -> Text:
     """Return the name, description, note, plugins, seed, stage and time of a run, or its problems.
 
     Args:
         run: the run.
         colours: colours by the name of the theme's variable.
         width: width of a line, cells.
+        scale: scale of its curve in the table.
     """
     name = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
     lines = [name, *(Text(visible(line), style="italic") for line in _first_lines(run.note))]
@@ -289,6 +324,8 @@ def details(run: Overview, colours: Mapping[str, str], width: int) -> Text:
         facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
         if run.stage > 1:
             facts.append(f"stage {run.stage}")
+        if scale is not None:  # of all runs with this body and fitness
+            facts.append(f"curve from {number(scale[0])} to {number(scale[1])}")
         lines += [
             Text("\n".join(_lines(plugins, width)), style=colours["secondary"]),
             Text(SEPARATOR.join(facts), style="dim"),
