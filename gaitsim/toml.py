@@ -4,7 +4,7 @@ import hashlib
 import json
 import re
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import date, datetime, time
 from typing import Any
 
@@ -91,6 +91,22 @@ def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
             waiting += [(f"{key}.{name}", item, depth + 1) for name, item in value.items()]
         elif isinstance(value, list):
             waiting += [(key, item, depth + 1) for item in value]
+
+
+def flatten(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:
+    """Return the values of nested tables by dotted key, such as `mutation.rate`.
+
+    Args:
+        table: table that may contain tables.
+        before: beginning of all keys.
+    """
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        if isinstance(value, Mapping):
+            found |= flatten(value, f"{before}{key}.")
+        else:
+            found[f"{before}{key}"] = value
+    return found
 
 
 def literal(value: Any) -> str:

@@ -71,7 +71,7 @@ class ExperimentOutline:
         """Return all options by dotted key, as in `--set`; those of worlds only if in use."""
         found: dict[str, Any] = {"seed": self.seed}
         for section, table in self.sections.items():
-            found |= _flatten(self._worlds if section == "worlds" else table, f"{section}.")
+            found |= toml.flatten(self._worlds if section == "worlds" else table, f"{section}.")
         return found
 
     @property
@@ -131,13 +131,3 @@ def _section(model: type[_Model], table: Any, name: str, source: str) -> _Model:
             remedy="undo the last changes to the file",
             key=key,
         ) from None
-
-
-def _flatten(table: Mapping[str, Any], before: str) -> dict[str, Any]:
-    found: dict[str, Any] = {}
-    for key, value in table.items():
-        if isinstance(value, Mapping):
-            found |= _flatten(value, f"{before}{key}.")
-        else:
-            found[f"{before}{key}"] = value
-    return found

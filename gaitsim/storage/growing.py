@@ -11,21 +11,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError
 from gaitsim.storage.background import runtime_names, status_names
 from gaitsim.storage.files.folder import (
-    CHECKPOINT,
+    CHANGING,
     EXPERIMENT,
     HISTORY,
-    PREVIOUS,
+    last_modified,
     list_runs,
     truncation_error,
 )
 from gaitsim.storage.files.history import COLUMNS, MEAN, figures_of, parse_history
 from gaitsim.storage.files.safe_pickle import NewerVersionError, SchemaVersionError
 from gaitsim.storage.files.tables import Columns, open_records, read_head, read_rows
-from gaitsim.storage.manage import read_note
-from gaitsim.storage.overview import Overview, State, run_state
+from gaitsim.storage.overview import (
+    Overview,
+    State,
+    annotations,
+    options_of,
+    run_state,
+    terms_of,
+)
 from gaitsim.storage.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -59,7 +65,7 @@ class RunFollower:
         if stamp == self._stamp:
             return None
         self._stamp = stamp
-        self.modified = _latest(stamp)
+        self.modified = max((one[0] / 1e9 for one in stamp if one), default=0.0)
         return RunSnapshot(self.path)
 
     def read_rows(self, run: RunSnapshot) -> Rows:
@@ -89,17 +95,8 @@ class RunFollower:
         return columns
 
 
-def last_modified(run: Path) -> float:
-    """Return the time of the last change of a run's files, seconds since 1970; 0 without files."""
-    return _latest(_stamps(run))
-
-
 def _stamps(run: Path) -> tuple[Stamp | None, ...]:
-    return tuple(_stamp(run / name) for name in (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY))
-
-
-def _latest(stamps: tuple[Stamp | None, ...]) -> float:
-    return max((stamp[0] / 1e9 for stamp in stamps if stamp), default=0.0)
+    return tuple(_stamp(run / name) for name in CHANGING)
 
 
 def _stamp(path: Path) -> Stamp | None:
@@ -243,6 +240,7 @@ class _WatchedRun:
         self._path = path
         self._follower = RunFollower(path)
         self._curve = Curve()
+        self._terms: Mapping[str, float] = {}
         self._overview: Overview | None = None
         self._finished = False
         self._not_before = 0.0
@@ -260,9 +258,9 @@ class _WatchedRun:
         found = self._overview
         if found is None:
             return None
-        note = self._note()
-        if found.note != note:
-            found = self._overview = replace(found, note=note)
+        note, tags = annotations(self._path)
+        if (found.note, found.tags) != (note, tags):
+            found = self._overview = replace(found, note=note, tags=tags)
         if found.problem is not None:
             return found
         state, failure = run_state(
@@ -274,12 +272,6 @@ class _WatchedRun:
             found = self._overview = replace(found, state=state, failure=failure)
         return found
 
-    def _note(self) -> str:
-        try:
-            return read_note(self._path)
-        except RunError as error:
-            return f"({error.what})"
-
     def _read(self, run: RunSnapshot) -> Overview:
         modified = self._follower.modified
         known: dict[str, Any] = {"path": self._path, "changed": modified, "plugins": {}}
@@ -287,19 +279,25 @@ class _WatchedRun:
             outline = run.outline
             known["plugins"], known["seed"] = outline.plugins, outline.seed
             known["description"] = outline.description
+            known["options"] = options_of(outline.seed, outline.sections)
             known["generations"] = outline.evolution.generations
             checkpoint = run.checkpoint
             if checkpoint is not None:
                 known["generation"] = checkpoint.generation
+                known["evaluations"] = checkpoint.evaluations
                 known["stage"] = len(checkpoint.stages) + 1
                 best = checkpoint.best_score
                 known["best"] = best if math.isfinite(best) else None
                 self._finished = bool(run.stop_reason)
-            self._curve.extend(self._follower.read_rows(run))
+            rows = self._follower.read_rows(run)
+            self._curve.extend(rows)
+            if rows and len(rows["generation"]):
+                self._terms = terms_of({name: float(rows[name][-1]) for name in rows})
         except GaitsimError as error:
             problem = _foreign_format(run) or error
             return Overview(state=_state_of(problem), problem=problem, **known)
         known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
+        known["terms"] = self._terms
         return Overview(state="stopped", **known)
 
 

@@ -3,7 +3,6 @@
 Invalid settings are reported and ignored; the valid ones apply.
 """
 
-import os
 import unicodedata
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -23,6 +22,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.opening import read_regular
+from gaitsim.storage.views import config_folder
 from gaitsim.toml import literal, parse
 from gaitsim.tui.keys import PREFIX
 from gaitsim.tui.themes import check_theme
@@ -90,10 +90,7 @@ _ALLOWED = {
 
 def config_path() -> Path:
     """Return the path of the settings in $XDG_CONFIG_HOME or ~/.config, existing or not."""
-    home = Path(os.environ.get("XDG_CONFIG_HOME", ""))
-    # The XDG specification requires relative paths to be ignored.
-    folder = home if home.is_absolute() else Path.home() / ".config"
-    return folder / "gaitsim" / "config.toml"
+    return config_folder() / "config.toml"
 
 
 def read_config(path: Path) -> Config:

@@ -8,7 +8,10 @@ from gaitsim.storage.growing import overview
 from gaitsim.storage.lock import RunLock
 from gaitsim.storage.overview import list_overviews
 
-COMPARED = ("path", "state", "plugins", "generation", "generations", "best", "stage", "failure")
+COMPARED = (
+    *("path", "state", "plugins", "description", "seed", "generation", "generations", "best"),
+    *("stage", "changed", "failure", "note", "tags", "evaluations", "options", "terms"),
+)
 
 
 read_in_full = overview

@@ -21,11 +21,13 @@ EXPERIMENT = "experiment.toml"
 START = "start.pickle"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 HISTORY, BESTS = "history.csv", "bests.bin"
+CHANGING = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
+"""The files whose times are those of the last change of a run."""
 ISLANDS = "islands.csv"
 CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
 CHAMPIONS, POPULATIONS, EXPORTS = "champions", "populations", "exports"
 ADAPTATIONS = "adaptations"
-NOTE = "note.txt"
+NOTE, TAGS = "note.txt", "tags.txt"
 
 
 def command(verb: str, *words: object) -> str:
@@ -186,7 +188,7 @@ def list_runs(root: Path) -> list[Path]:
         # Folders with a leading dot are drafts that `create_run` is still writing.
         for path in root.iterdir() if root.exists() else ():
             if not path.name.startswith(".") and holds_run(path):
-                found.append((_creation_time(path), path.name, path))
+                found.append((_time_of(path / EXPERIMENT), path.name, path))
     except OSError as error:
         raise RunError(
             f"cannot list {root}: {error.strerror}", remedy="give a folder that contains runs"
@@ -194,9 +196,14 @@ def list_runs(root: Path) -> list[Path]:
     return [path for *_, path in sorted(found)]
 
 
-def _creation_time(path: Path) -> float:
+def last_modified(run: Path) -> float:
+    """Return the time of the last change of a run's files, seconds since 1970; 0 without files."""
+    return max(map(_time_of, (run / name for name in CHANGING)))
+
+
+def _time_of(file: Path) -> float:
     try:
-        return (path / EXPERIMENT).stat().st_mtime
+        return file.stat().st_mtime_ns / 1e9
     except OSError:  # the run has just been deleted
         return 0.0
 
