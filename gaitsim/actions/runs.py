@@ -1,114 +1,13 @@
-"""`gaitsim runs`, `show`, `fork`, `note` and `rename`."""
+"""`gaitsim show`, `fork`, `note`, `tag` and `rename`."""
 
-import sys
 from pathlib import Path
-from typing import Any
 
-from gaitsim.actions.action import JSON, SET, Action, OneRun, argument
-from gaitsim.console.printing import confirm, echo, notice, output, print_json, print_table
+from gaitsim.actions.action import SET, OneRun, argument
+from gaitsim.console.printing import echo, notice, print_json
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
-from gaitsim.errors import GaitsimError
-from gaitsim.registry.entry_points import PYTHON, is_outside
-from gaitsim.render.terminal.text import number
-from gaitsim.storage.files.folder import check_root, command, find_run, holds_run
-from gaitsim.storage.manage import delete_run, read_note, rename_run, write_note
-from gaitsim.storage.overview import Overview, list_overviews
-
-
-class ListRuns(Action):
-    """List the runs in a folder, oldest first, or delete some of them.
-
-    [bold]Examples[/bold]
-
-    gaitsim runs
-
-    gaitsim runs experiments/spring --json
-
-    gaitsim runs --delete spider-2 --delete spider-3
-    """
-
-    root: Path = argument("folder that holds the runs", "FOLDER", Path("runs"), completion="")
-    delete: Names | None = option(
-        None, "delete a run with all its files", placeholder="RUN", completion="run_names"
-    )
-    yes: bool = option(False, "delete without asking")
-    json_lines: bool = JSON
-
-    def do(self) -> None:
-        """Print the list, or delete runs."""
-        check_root(self.root)
-        if self.delete:
-            _delete(self.root, self.delete, yes=self.yes, json=self.json_lines)
-            return
-        found = [_row(run) for run in list_overviews(self.root, _read_in_full)]
-        if self.json_lines:
-            for row in found:
-                print_json(row)
-        elif not found:
-            output().print(f"No runs in {self.root}. Start one: gaitsim run spider")
-        else:
-            _print(self.root, found)
-
-
-def _print(root: Path, found: list[dict[str, Any]]) -> None:
-    rows = []
-    for row in found:
-        best = "" if row["best"] is None else number(row["best"], 4)
-        done = f"{row['generation']}/{row['generations']}"
-        rows.append([row["run"], row["organism"], row["fitness"], done, best, row["state"]])
-    columns = "run", "body", "fitness", "generation", "best", "state"
-    print_table(columns, rows, numbers=["generation", "best"])
-    if any(row["outside"] for row in found):
-        output().print(
-            f"{PYTHON} is Python code outside the run, so the run cannot be reproduced from "
-            "its files alone"
-        )
-    for row in found:
-        if row["failure"]:
-            notice(f"{root / row['run']} failed: {row['failure']}")
-
-
-def _delete(root: Path, references: tuple[str, ...], *, yes: bool, json: bool) -> None:
-    """Delete runs after confirmation; all of them must exist."""
-    paths = [root / name if holds_run(root / name) else find_run(name) for name in references]
-    named = ", ".join(map(str, dict.fromkeys(paths)))
-    if not yes:
-        if not sys.stdin.isatty():
-            raise GaitsimError(
-                f"{named} cannot be deleted: there is no terminal to confirm it",
-                remedy="add --yes to delete without asking",
-            )
-        if not confirm(f"Delete {named}, including all exports?"):
-            notice("Nothing was deleted.")
-            return
-    for path in dict.fromkeys(paths):
-        delete_run(path)
-        if json:
-            print_json({"deleted": str(path)})
-        else:
-            echo(f"{path}: deleted")
-
-
-def _read_in_full(path: Path) -> Overview | None:
-    from gaitsim.storage.growing import overview
-
-    return overview(path)
-
-
-def _row(run: Overview) -> dict[str, Any]:
-    """Return the row of a run, without loading plugins, which may be missing."""
-    return {
-        "run": run.name,
-        "organism": run.plugins.get("organism", ""),
-        "fitness": run.plugins.get("fitness", ""),
-        "generation": run.generation,
-        "generations": run.generations,
-        "best": run.best,
-        "state": run.state,
-        "failure": run.failure.what if run.failure else None,
-        "outside": [name for name in run.plugins.values() if is_outside(name)],
-    }
+from gaitsim.storage.files.folder import command, find_run
+from gaitsim.storage.manage import read_note, read_tags, rename_run, write_note, write_tags
 
 
 class ShowRun(OneRun):
@@ -231,6 +130,43 @@ class EditNote(OneRun):
             echo(found)
         else:
             notice(f"{path} has no note.")
+
+
+class EditTags(OneRun):
+    """Show, add or remove tags of a run.
+
+    Tags are words to find and group runs, stored in the run's folder. Use 'gaitsim runs --where
+    QUERY --tag TAG' to tag several runs at once.
+
+    [bold]Examples[/bold]
+
+    gaitsim tag spider good straight
+
+    gaitsim tag spider --remove good
+
+    gaitsim tag spider
+    """
+
+    tags: Names | None = argument(
+        "tags to add", "TAG", None, unset="print the tags", completion="tag_names"
+    )
+    remove: Names | None = option(None, "remove a tag", placeholder="TAG", completion="tag_names")
+
+    def do(self) -> None:
+        """Print the tags, or store new ones."""
+        path = find_run(self.run)
+        found = read_tags(path)
+        changed = bool(self.tags or self.remove)
+        if changed:
+            found = write_tags(path, {*found, *(self.tags or ())} - {*(self.remove or ())})
+        if self.json_lines:
+            print_json({"run": str(path), "tags": found})
+        elif changed:
+            echo(f"{path}: {', '.join(found) or 'no tags'}")
+        elif found:
+            echo("\n".join(found))
+        else:
+            notice(f"{path} has no tags.")
 
 
 class Rename(OneRun):

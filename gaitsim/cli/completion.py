@@ -1,7 +1,8 @@
-"""Names for shell completion: runs in `runs/`, presets, studies and plugins."""
+"""Names for shell completion: runs in `runs/`, tags, views, presets, studies and plugins."""
 
 import re
 from collections.abc import Iterable
+from contextlib import suppress
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import EXPERIMENTS, PLUGINS, STUDIES, entries
@@ -20,6 +21,45 @@ def run_names(incomplete: str) -> list[str]:
     except GaitsimError:  # `runs` is not a readable folder; the command itself reports it
         return []
     return _matching(incomplete, (run.name for run in found))
+
+
+def trash_names(incomplete: str) -> list[str]:
+    """Return the names of runs in the trash of `runs/` with this prefix, latest first."""
+    from gaitsim.storage.files.folder import RUNS
+    from gaitsim.storage.manage import list_trash
+
+    with suppress(GaitsimError):
+        return _matching(incomplete, dict.fromkeys(run.name for run in list_trash(RUNS)))
+    return []
+
+
+def tag_names(incomplete: str) -> list[str]:
+    """Return the tags of runs in `runs/` with this prefix."""
+    from gaitsim.storage.files.folder import RUNS, list_runs
+    from gaitsim.storage.manage import read_tags
+
+    found: set[str] = set()
+    with suppress(GaitsimError):
+        for run in list_runs(RUNS):
+            with suppress(GaitsimError):
+                found.update(read_tags(run))
+    return _matching(incomplete, sorted(found))
+
+
+def view_names(incomplete: str) -> list[str]:
+    """Return the names of saved views with this prefix."""
+    from gaitsim.storage.views import read_views
+
+    with suppress(GaitsimError):
+        return _matching(incomplete, read_views()[0])
+    return []
+
+
+def query_keys(incomplete: str) -> list[str]:
+    """Return the keys of queries with this prefix."""
+    from gaitsim.storage.query import KEYS
+
+    return _matching(incomplete, KEYS)
 
 
 def preset_names(incomplete: str) -> list[str]:

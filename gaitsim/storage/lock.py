@@ -2,6 +2,7 @@
 
 import errno
 import os
+import re
 import socket
 from contextlib import suppress
 from pathlib import Path
@@ -58,6 +59,14 @@ def _read(owner: Path) -> str:
         return read_regular(owner, 1000).decode()[:200] or "another process"
     except (OSError, UnicodeDecodeError):
         return "another process"
+
+
+def owner_process(folder: Path) -> int | None:
+    """Return the ID of the process on this machine that writes a run; None without one."""
+    found = re.fullmatch(r"process (\d{1,10}) on (.*)", _read(folder / ".lock-owner"))
+    if found is None or found[2] != socket.gethostname() or not is_locked(folder):
+        return None
+    return int(found[1])
 
 
 def is_locked(folder: Path) -> bool:

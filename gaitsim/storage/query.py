@@ -27,7 +27,7 @@ TIMES = ("time", "age")
 """The keys of times, in seconds."""
 _ALIASES = {"organism": "body", "best": "score"}
 
-UNITS = {"s": 1, "m": 60, "min": 60, "h": 3600, "d": 86400, "w": 604_800}
+UNITS = {"s": 1, "min": 60, "h": 3600, "d": 86400, "w": 604_800}
 """The units of times, in seconds."""
 _TIME = re.compile(rf"([^\sa-z]+) *({'|'.join(UNITS)})?")
 _CONDITION = re.compile(r"([^:=<>!]+)(:|=|!=|>=|<=|>|<)(.*)", re.DOTALL)

@@ -94,11 +94,16 @@ def test_runs_are_deleted_by_name_or_folder(gaitsim, run):
     shutil.copytree(run, run.parents[1] / "elsewhere")
     gaitsim("fork", run)
     done = gaitsim("runs", "--delete", "puppet-2", "--delete", "elsewhere", "--yes")
-    assert done.stdout == "runs/puppet-2: deleted\nelsewhere: deleted\n"
+    assert done.stdout == "runs/puppet-2: in the trash\nelsewhere: in the trash\n"
     assert not (run.parents[1] / "elsewhere").exists()
-    assert [path.name for path in run.parent.iterdir()] == ["puppet"]
-    done = gaitsim("runs", "runs", "--delete", "puppet", "--yes", "--json")
+    assert {path.name for path in run.parent.iterdir()} == {"puppet", ".trash"}
+    shown = json.loads(gaitsim("runs", "--delete", "puppet", "--yes", "--json").stdout)
+    assert shown["deleted"] == "runs/puppet"
+    assert shown["trash"].startswith(f"{run.parent.resolve()}/.trash/")
+    assert gaitsim("trash", "restore", "puppet").stdout == "runs/puppet: restored\n"
+    done = gaitsim("runs", "--delete", "puppet", "--permanently", "--yes", "--json")
     assert json.loads(done.stdout) == {"deleted": "runs/puppet"}
+    assert not run.exists()
 
 
 def test_nothing_is_deleted_without_confirmation_or_if_a_run_is_missing(gaitsim, run, monkeypatch):
@@ -106,6 +111,6 @@ def test_nothing_is_deleted_without_confirmation_or_if_a_run_is_missing(gaitsim,
     asked = ("--delete", "puppet", "--delete", "nobody", "--yes")
     assert "no run 'nobody'" in gaitsim("runs", *asked, code=2).stderr
     monkeypatch.setattr("sys.stdin.isatty", lambda: True, raising=False)
-    monkeypatch.setattr("typer.confirm", lambda question: "runs/puppet," not in question)
-    assert "Nothing was deleted" in gaitsim("runs", "--delete", "puppet").stderr
+    monkeypatch.setattr("typer.confirm", lambda question: "runs/puppet " not in question)
+    assert "Nothing was changed" in gaitsim("runs", "--delete", "puppet").stderr
     assert run.exists()

@@ -17,6 +17,7 @@ from printed import Step, examples, helps, steps
 from terminals import begin_and_end, shell
 
 from gaitsim.registry import EXPERIMENTS, entries
+from gaitsim.storage.manage import trash_run
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -40,6 +41,7 @@ NOT_RUN = {
 """Commands that are only parsed, and why."""
 
 ENDLESS = {
+    r"^gaitsim runs --watch": ("run", ""),
     r"^gaitsim tui": ("gaitsim", "\x11"),
     r"^gaitsim steer$|^gaitsim steer fly": ("hover", "\x11"),
     r"^gaitsim steer (?!.*--out)": ("faster", "\x11"),
@@ -135,6 +137,10 @@ def its_examples_exist(
         shutil.copytree(runs("spider"), folder / "runs" / copied)
     if "experiments/spring" in " ".join(step.text for step in found):
         shutil.copytree(runs("spider"), folder / "experiments" / "spring" / "spider")
+    for restored in re.findall(r"trash restore ([\w-]+)", "\n".join(step.text for step in found)):
+        if not (folder / "runs" / restored).exists():
+            shutil.copytree(runs("spider"), folder / "runs" / restored)
+        trash_run(folder / "runs" / restored)
     for file, line in OWN.items():
         if file in " ".join(step.text for step in found):
             reader_does(Step(line), folder, runs, gaitsim)
@@ -186,7 +192,7 @@ def quick(arguments: list[str]) -> list[str]:
         less = {"--population": "4", "--generations": "2"}  # rigid-body physics is slow
     elif arguments[0] == "run" and "atlas" in arguments[1]:
         less = {**less, "--population": "20"}  # two genomes for each emitter
-    if "--delete" in arguments:
+    if {"--delete", "--delete-matching", "--tag", "empty"} & {*arguments}:
         return [*arguments, "--yes"]
     for option, value in less.items():
         if option == "--population" and "millipede" in arguments[1]:

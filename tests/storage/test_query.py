@@ -91,7 +91,7 @@ RUNS = [
         ("generation>=10 generation<300", "spider"),
         ("evaluations>5e3", "hexapod"),
         ("time>2min", "hexapod"),
-        ("time<0.5m time>0", "spider"),
+        ("time<0.5min time>0", "spider"),
         ("age<2d", "spider"),
         ("age>=1h age<=1w", "hexapod spider"),
         ("evolution.population>50", "spider"),

@@ -12,11 +12,11 @@ from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 
 from gaitsim.live.process import background_state, start_detached
-from gaitsim.render.terminal.text import number
+from gaitsim.render.terminal.text import ago, duration, number
 from gaitsim.storage import growing
 from gaitsim.storage.lock import RunLock, is_locked
 from gaitsim.storage.manage import read_note
-from gaitsim.tui.formatting import ago, clip_name, duration
+from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import COLUMNS, MARK, NARROW, NO_MARK, columns
 

@@ -21,10 +21,10 @@ from textual.widgets import Static
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best, Event, Snapshot
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import number, visible_lines
+from gaitsim.render.terminal.text import duration, number, visible_lines
 from gaitsim.storage.files.history import FIGURE, MEAN
 from gaitsim.storage.growing import HistoryBuffer
-from gaitsim.tui.formatting import clip, duration
+from gaitsim.tui.formatting import clip
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_source import ChampionSimulator, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas

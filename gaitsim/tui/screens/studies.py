@@ -12,10 +12,10 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
-from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.render.terminal.text import ago, visible, visible_lines
 from gaitsim.storage.files.folder import command
 from gaitsim.study.results import DEFAULT_FOLDERS, Section, StudyFolder, list_folders, sections
-from gaitsim.tui.formatting import ago, clip, clip_name
+from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths
 from gaitsim.tui.screens.base import GaitScreen

@@ -9,9 +9,9 @@ from textual.app import ComposeResult
 from textual.containers import VerticalScroll
 from textual.widgets import DataTable, Static
 
-from gaitsim.render.terminal.text import visible
+from gaitsim.render.terminal.text import duration, visible
 from gaitsim.storage.files.folder import EXPORTS
-from gaitsim.tui.formatting import duration, percentage
+from gaitsim.tui.formatting import percentage
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen, RunChoice

@@ -10,10 +10,9 @@ from textual.widgets import Button, Static, TextArea
 
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
-from gaitsim.render.terminal.text import visible, visible_lines
+from gaitsim.render.terminal.text import duration, visible, visible_lines
 from gaitsim.sharing.challenge import Challenge, code_of
 from gaitsim.storage.files.folder import command
-from gaitsim.tui.formatting import duration
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.tasks import GLYPHS, bar

@@ -10,8 +10,8 @@ from textual import on
 from textual.events import Click
 from textual.widgets import DataTable, OptionList
 
-from gaitsim.render.terminal.text import visible
-from gaitsim.tui.formatting import age, file_size
+from gaitsim.render.terminal.text import age, visible
+from gaitsim.tui.formatting import file_size
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import open_or_copy
 

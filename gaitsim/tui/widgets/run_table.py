@@ -16,9 +16,9 @@ from textual.widgets import DataTable
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import number, visible, visible_lines
+from gaitsim.render.terminal.text import age, ago, duration, number, visible, visible_lines
 from gaitsim.storage.overview import Overview
-from gaitsim.tui.formatting import age, ago, clip, clip_name, duration
+from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
 
 STATES = {

@@ -1,0 +1,388 @@
+"""`gaitsim runs`: list, find, watch, tag and delete runs."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gaitsim.actions.action import JSON, Action, argument, not_combinable
+from gaitsim.console.printing import confirm, echo, notice, output, print_json, print_table
+from gaitsim.contracts.plugin import option
+from gaitsim.contracts.product import Names
+from gaitsim.errors import GaitsimError
+from gaitsim.registry.entry_points import PYTHON, is_outside
+from gaitsim.render.terminal.text import age, duration, number
+from gaitsim.storage.files.folder import check_root, find_run, holds_run
+from gaitsim.storage.manage import delete_run, trash_run, write_tags
+from gaitsim.storage.overview import Overview, list_overviews
+from gaitsim.storage.query import (
+    TIMES,
+    check_keys,
+    group_runs,
+    parse_query,
+    sort_runs,
+    value_of,
+)
+from gaitsim.storage.views import View, find_view, forget_view, save_view
+from gaitsim.toml import shortened
+
+CHOICE, VIEWS, CHANGES = "Choose and arrange runs", "Saved views", "Change runs"
+COLUMNS = ("name", "body", "fitness", "generation", "score", "state")
+_HEADS = {"name": "run", "score": "best", "tag": "tags"}
+MOST_NAMED = 10
+"""Maximum number of runs that a question names."""
+
+
+class ListRuns(Action):
+    """List the runs in a folder, oldest first; find, watch, tag or delete some of them.
+
+    A query is words that all must hold. A word is found in names, plugins, states, notes and tags.
+    KEY:TEXT, KEY=VALUE, KEY!=VALUE, KEY>NUMBER and KEY<NUMBER compare a value, and '-' before a
+    word negates it. Keys are name, body, fitness, search, selection, crossover, mutation, state,
+    tag, note, seed, generation, generations, score, evaluations, stage, time (as in 'time>2min'),
+    age (since the last change, as in 'age<2d'), options such as evolution.population, and terms of
+    the best individual of the last generation.
+
+    [bold]Examples[/bold]
+
+    gaitsim runs
+
+    gaitsim runs experiments/spring --json
+
+    gaitsim runs --where 'spider score>2 -tag:bad' --sort -score
+
+    gaitsim runs --columns name,score,search.step --group body --save-view steps
+
+    gaitsim runs --view steps
+
+    gaitsim runs --where 'age<1d state:finished' --tag new
+
+    gaitsim runs --delete spider-2 --delete spider-3
+
+    gaitsim runs --watch
+    """
+
+    root: Path = argument("folder that holds the runs", "FOLDER", Path("runs"), completion="")
+    where: str | None = option(
+        None, "choose the runs that match a query", placeholder="QUERY", panel=CHOICE
+    )
+    columns: str | None = option(
+        None,
+        "keys of the columns, separated by commas; with --json, of the values",
+        placeholder="KEY,…",
+        panel=CHOICE,
+    )
+    sort: str | None = option(
+        None,
+        "sort by a key, or in descending order by -KEY",
+        placeholder="KEY",
+        completion="query_keys",
+        panel=CHOICE,
+    )
+    group: str | None = option(
+        None,
+        "list the runs under a heading for each value of a key",
+        placeholder="KEY",
+        completion="query_keys",
+        panel=CHOICE,
+    )
+    watch: bool = option(
+        False,
+        "show the evolving and queued runs with their speed and load every second, until Ctrl-C",
+    )
+    view: str | None = option(
+        None,
+        "use the options of a saved view, except for those given",
+        placeholder="NAME",
+        completion="view_names",
+        panel=VIEWS,
+    )
+    save_view: str | None = option(
+        None,
+        "save --where, --columns, --sort and --group as a view",
+        placeholder="NAME",
+        completion="view_names",
+        panel=VIEWS,
+    )
+    forget_view: str | None = option(
+        None, "delete a saved view", placeholder="NAME", completion="view_names", panel=VIEWS
+    )
+    tag: Names | None = option(
+        None,
+        "add a tag to the runs that match --where",
+        placeholder="TAG",
+        completion="tag_names",
+        panel=CHANGES,
+    )
+    untag: Names | None = option(
+        None,
+        "remove a tag from the runs that match --where",
+        placeholder="TAG",
+        completion="tag_names",
+        panel=CHANGES,
+    )
+    delete: Names | None = option(
+        None,
+        "move a run to the trash, from which 'gaitsim trash restore' restores it for 30 days",
+        placeholder="RUN",
+        completion="run_names",
+        panel=CHANGES,
+    )
+    delete_matching: bool = option(
+        False, "move the runs that match --where to the trash", panel=CHANGES
+    )
+    permanently: bool = option(
+        False, "delete runs with all their files instead of moving them to the trash", panel=CHANGES
+    )
+    yes: bool = option(False, "change runs without asking", panel=CHANGES)
+    json_lines: bool = JSON
+
+    def do(self) -> None:
+        """Print the list, or change runs."""
+        check_root(self.root)
+        if self.permanently and not (self.delete or self.delete_matching):
+            raise GaitsimError(
+                "--permanently is given without runs to delete",
+                remedy="add --delete RUN, or --where QUERY --delete-matching",
+            )
+        if self.forget_view is not None:
+            forget_view(self.forget_view)
+            self._report({"forgotten": self.forget_view}, f"{self.forget_view}: view deleted")
+        elif self.delete:
+            if self.where is not None or self.delete_matching:
+                other = "--delete-matching" if self.delete_matching else "--where"
+                raise not_combinable("--delete", other)
+            names = self.delete
+            paths = [
+                self.root / one if holds_run(self.root / one) else find_run(one) for one in names
+            ]
+            self._delete([*dict.fromkeys(paths)])
+        else:
+            self._list(self._arrangement())
+
+    def _arrangement(self) -> View:
+        """Return the saved view with the given options."""
+        given: dict[str, Any] = {"where": self.where, "sort": self.sort, "group": self.group}
+        if self.columns is not None:
+            columns = map(str.strip, self.columns.split(","))
+            given["columns"] = tuple(filter(None, columns))
+        view = find_view(self.view) if self.view is not None else View("")
+        return replace(view, **{key: value for key, value in given.items() if value is not None})
+
+    def _list(self, view: View) -> None:
+        with _error_at("--where"):
+            query = parse_query(view.where)
+        changing = self.tag or self.untag or self.delete_matching
+        if changing and not query.conditions:
+            raise GaitsimError(
+                "no query chooses the runs to change",
+                where="--where",
+                remedy="add --where, such as --where 'state:stopped age>30d'",
+            )
+        if self.watch:
+            from gaitsim.console.watching import watch
+
+            watch(self.root, query, json=self.json_lines)
+            return
+        every = list_overviews(self.root, _read_in_full)
+        with _error_at("--where"):
+            found = query.select(every)
+        for place, keys in (
+            ("--columns", view.columns),
+            ("--sort", (view.sort.removeprefix("-"),)),
+            ("--group", (view.group,)),
+        ):
+            with _error_at(place):
+                check_keys(filter(None, keys), every)
+        if self.save_view is not None:
+            save_view(replace(view, name=self.save_view))
+            notice(f"Saved the view. Use it: gaitsim runs --view {self.save_view}")
+        if self.delete_matching:
+            for run in found:
+                if run.evolves:
+                    notice(f"{run.path} is kept, because it is {run.state}.")
+            found = [run for run in found if not run.evolves]
+        if changing and not found:
+            notice("No run matches, so nothing was changed.")
+        elif self.delete_matching:
+            self._delete([run.path for run in found])
+        elif changing:
+            self._tag(found)
+        else:
+            if view.sort:
+                found = sort_runs(found, view.sort)
+            self._print(found, view, bool(every))
+
+    def _print(self, found: Sequence[Overview], view: View, any_runs: bool) -> None:
+        """Print runs as lines of JSON, a table, or a table for each group."""
+        groups = group_runs(found, view.group) if view.group else {None: found}
+        if self.json_lines:
+            for runs in groups.values():
+                for run in runs:
+                    chosen = {key: value_of(run, key) for key in view.columns}
+                    print_json({"run": run.name, **chosen} if chosen else _row(run))
+        elif not any_runs:
+            output().print(f"No runs in {self.root}. Start one: gaitsim run spider")
+        elif not found:
+            output().print(f"No run in {self.root} matches {view.where!r}.")
+        else:
+            tagged = any(run.tags for run in found)
+            columns = view.columns or (*COLUMNS, *(["tag"] if tagged else []))
+            heads = {key: _HEADS.get(key, key) for key in columns}
+            numeric = [
+                head
+                for key, head in heads.items()
+                if any(isinstance(value_of(run, key), int | float) for run in found)
+            ]
+            for value, runs in groups.items():
+                if view.group:
+                    _print_heading(view.group, value, runs)
+                rows = [[_cell(run, key) for key in columns] for run in runs]
+                print_table(heads.values(), rows, numbers=numeric)
+            _print_remarks(found)
+
+    def _tag(self, found: Sequence[Overview]) -> None:
+        """Change the tags of runs after confirmation, if there are several."""
+        added, removed = self.tag or (), self.untag or ()
+        changed = {run.path: ({*run.tags} | {*added}) - {*removed} for run in found}
+        words = " ".join([*(f"+{tag}" for tag in added), *(f"-{tag}" for tag in removed)])
+        if self._agrees(f"change the tags of {_names([*changed])}: {words}", ask=len(changed) > 1):
+            for path, tags in changed.items():
+                result = write_tags(path, tags)
+                self._report(
+                    {"run": str(path), "tags": result}, f"{path}: {', '.join(result) or 'no tags'}"
+                )
+
+    def _delete(self, paths: Sequence[Path]) -> None:
+        """Delete runs after confirmation, and report the failures at the end."""
+        named = _names(paths)
+        what = f"delete {named} permanently" if self.permanently else f"move {named} to the trash"
+        if not self._agrees(what):
+            return
+        problem: GaitsimError | None = None
+        for path in paths:
+            try:
+                if self.permanently:
+                    delete_run(path)
+                    self._report({"deleted": str(path)}, f"{path}: deleted")
+                else:
+                    trash = str(trash_run(path).path)
+                    self._report({"deleted": str(path), "trash": trash}, f"{path}: in the trash")
+            except GaitsimError as error:
+                problem = problem or error
+        if problem is not None:
+            raise problem
+
+    def _agrees(self, what: str, *, ask: bool = True) -> bool:
+        """Return whether the user agrees to a change."""
+        if not ask or self.yes:
+            return True
+        if not sys.stdin.isatty():
+            raise GaitsimError(
+                f"cannot {what}: there is no terminal to confirm it",
+                remedy="add --yes to change runs without asking",
+            )
+        if confirm(f"{what[0].upper()}{what[1:]}?"):
+            return True
+        notice("Nothing was changed.")
+        return False
+
+    def _report(self, values: dict[str, Any], text: str) -> None:
+        if self.json_lines:
+            print_json(values)
+        else:
+            echo(text)
+
+
+@contextmanager
+def _error_at(place: str) -> Iterator[None]:
+    """Name the place of an error that the block raises."""
+    try:
+        yield
+    except GaitsimError as error:
+        error.where = error.where or place
+        raise
+
+
+def _names(paths: Sequence[Path]) -> str:
+    """Return the names of a few runs, or the number of many."""
+    if len(paths) <= MOST_NAMED:
+        return ", ".join(map(str, paths))
+    return f"{len(paths)} runs ({', '.join(map(str, paths[:3]))}, …)"
+
+
+def _print_heading(key: str, value: Any, runs: Sequence[Overview]) -> None:
+    """Print the value that a group of runs shares, their number and the best score."""
+    scores = [run.best for run in runs if run.best is not None]
+    best = f", best {number(max(scores), 4)}" if scores else ""
+    count = "1 run" if len(runs) == 1 else f"{len(runs)} runs"
+    output().print(
+        f"{_HEADS.get(key, key)} {_format(key, value) or '–'}: {count}{best}", style="bold"
+    )
+
+
+def _cell(run: Overview, key: str) -> str:
+    if key == "generation":
+        return f"{run.generation}/{run.generations}"
+    return _format(key, value_of(run, key))
+
+
+def _format(key: str, value: Any) -> str:
+    """Return a value of a run for a table."""
+    match value:
+        case None:
+            return ""
+        case bool():
+            return str(value).lower()
+        case float() | int() if key in TIMES:
+            return (age if key == "age" else duration)(value)
+        case float():
+            return number(value, 4)
+        case str():
+            return shortened(value.partition("\n")[0])
+        case tuple():
+            return ", ".join(_format(key, one) for one in value)
+    return str(value)
+
+
+def _print_remarks(found: Sequence[Overview]) -> None:
+    """Explain Python code outside a run, and failures of background processes."""
+    if any(is_outside(name) for run in found for name in run.plugins.values()):
+        output().print(
+            f"{PYTHON} is Python code outside the run, so the run cannot be reproduced from "
+            "its files alone"
+        )
+    for run in found:
+        if run.failure:
+            notice(f"{run.path} failed: {run.failure.what}")
+
+
+def _read_in_full(path: Path) -> Overview | None:
+    from gaitsim.storage.growing import overview
+
+    return overview(path)
+
+
+def _row(run: Overview) -> dict[str, Any]:
+    """Return the values of a run for JSON, without loading plugins, which may be missing."""
+    return {
+        "run": run.name,
+        "organism": run.plugins.get("organism", ""),
+        "fitness": run.plugins.get("fitness", ""),
+        "search": run.plugins.get("search", ""),
+        "seed": run.seed,
+        "generation": run.generation,
+        "generations": run.generations,
+        "stage": run.stage,
+        "evaluations": run.evaluations,
+        "seconds": run.seconds,
+        "changed": run.changed,
+        "best": run.best,
+        "state": run.state,
+        "tags": run.tags,
+        "note": run.note,
+        "failure": run.failure.what if run.failure else None,
+        "outside": [name for name in run.plugins.values() if is_outside(name)],
+    }

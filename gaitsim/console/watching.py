@@ -1,0 +1,110 @@
+"""`gaitsim runs --watch`: the evolving runs of a folder with their speed and load."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from gaitsim.console.interrupts import interruptible
+from gaitsim.console.printing import output, print_json
+from gaitsim.live.protocol import Speed
+from gaitsim.live.usage import process_usage
+from gaitsim.render.terminal.text import duration, number, visible
+from gaitsim.storage.growing import RunsWatcher
+from gaitsim.storage.overview import Overview
+from gaitsim.storage.query import Query
+
+PERIOD = 1.0  # seconds between two updates
+RECENT = 10.0  # seconds over which speeds are measured
+COLUMNS = ("run", "state", "generation", "best", "gen./s", "left", "CPU", "memory")
+
+
+class RunsMonitor:
+    """The evolving, queued and paused runs of a folder, with their speed and load.
+
+    Args:
+        root: folder that holds the runs.
+        query: query that the runs match.
+    """
+
+    def __init__(self, root: Path, query: Query) -> None:
+        self._watcher, self._query = RunsWatcher(root), query
+        self._speeds: dict[Path, Speed] = {}
+
+    def poll(self) -> list[dict[str, Any]]:
+        """Return the current values of each run."""
+        runs = [run for run in self._query.select(self._watcher.poll()) if run.evolves]
+        self._speeds = {run.path: self._speeds.get(run.path, Speed(RECENT)) for run in runs}
+        return [self._read(run) for run in runs]
+
+    def _read(self, run: Overview) -> dict[str, Any]:
+        speed = self._speeds[run.path]
+        if run.state == "running":
+            speed.add(run.generation, run.evaluations)
+        else:
+            speed.clear()
+        rate = speed.per_second()["generations_per_second"]
+        usage = process_usage(run.path)
+        return {
+            "run": run.name,
+            "state": run.state,
+            "generation": run.generation,
+            "generations": run.generations,
+            "best": run.best,
+            "generations_per_second": rate,
+            "seconds_left": (run.generations - run.generation) / rate if rate else None,
+            "cpu_percent": 100 * usage.share if usage else None,
+            "memory_bytes": usage.memory if usage else None,
+        }
+
+
+def watch(
+    root: Path, query: Query, *, json: bool, sleep: Callable[[float], object] = time.sleep
+) -> None:
+    """Show the evolving runs until Ctrl-C; without a terminal, print them once.
+
+    With JSON, print a line for each run every second, until none evolves.
+    """
+    monitor, console = RunsMonitor(root, query), output()
+    try:
+        with interruptible():
+            if json:
+                while rows := monitor.poll():
+                    for row in rows:
+                        print_json({"time": time.time(), **row})
+                    sleep(PERIOD)
+            elif not console.is_terminal:
+                console.print(_table(monitor.poll()))
+            else:
+                with Live(_table(monitor.poll()), console=console, auto_refresh=False) as live:
+                    while True:
+                        sleep(PERIOD)
+                        live.update(_table(monitor.poll()), refresh=True)
+    except KeyboardInterrupt:
+        return
+
+
+def _table(rows: list[dict[str, Any]]) -> Table | Text:
+    if not rows:
+        return Text("No run is evolving.")
+    table = Table(box=None, pad_edge=False, header_style="bold")
+    for name in COLUMNS:
+        right = name not in ("run", "state")
+        table.add_column(name, justify="right" if right else "left", no_wrap=True)
+    for row in rows:
+        rate, left, memory = row["generations_per_second"], row["seconds_left"], row["memory_bytes"]
+        table.add_row(
+            Text(visible(row["run"]), overflow="ellipsis"),
+            row["state"],
+            f"{row['generation']}/{row['generations']}",
+            "" if row["best"] is None else number(row["best"], 4),
+            f"{rate:.2g}" if rate else "",
+            duration(left) if left is not None else "",
+            "" if row["cpu_percent"] is None else f"{row['cpu_percent']:.0f} %",
+            "" if memory is None else f"{memory / 1e6:,.0f} MB",
+        )
+    return table
