@@ -57,8 +57,16 @@ from gaitsim.storage.files.checkpoint import Start
 from gaitsim.storage.files.folder import check_root, find_run
 from gaitsim.storage.files.history import with_integers
 from gaitsim.storage.growing import overview
-from gaitsim.storage.manage import read_note, rename_run, write_note
+from gaitsim.storage.manage import (
+    read_note,
+    read_tags,
+    rename_run,
+    trash_run,
+    write_note,
+    write_tags,
+)
 from gaitsim.storage.overview import State, list_overviews
+from gaitsim.storage.query import check_keys, parse_query, sort_runs
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import Verdict, verify as verify_run
 from gaitsim.storage.writer import RunWriter
@@ -202,14 +210,24 @@ def load(
     return found
 
 
-def runs(folder: str | Path = "runs") -> Table["Run"]:
+def runs(folder: str | Path = "runs", *, where: str = "", sort: str = "") -> Table["Run"]:
     """Return the runs in a folder, oldest first, as a sequence that is shown as a table.
 
+    Args:
+        folder: folder that holds the runs.
+        where: query that the runs match, as in `gaitsim runs --where`, such as
+            `"spider score>5 -tag:bad"`.
+        sort: key of a query to sort by, such as `"score"`, or `"-score"` for descending order.
+
     Raises:
-        GaitsimError: the folder does not exist.
+        GaitsimError: the folder does not exist, or the query or key is invalid.
     """
     check_root(Path(folder))
-    found = list_overviews(Path(folder), overview)
+    every = list_overviews(Path(folder), overview)
+    found = parse_query(where).select(every)
+    if sort:
+        check_keys([sort.removeprefix("-")], every)
+        found = sort_runs(found, sort)
     rows = [
         {
             "run": one.name,
@@ -218,6 +236,7 @@ def runs(folder: str | Path = "runs") -> Table["Run"]:
             "generation": f"{one.generation}/{one.generations}",
             "best": one.best,
             "state": one.state,
+            "tags": ", ".join(one.tags),
         }
         for one in found
     ]
@@ -462,6 +481,31 @@ class Run(ReprMixin):
     @note.setter
     def note(self, text: str) -> None:
         write_note(self.path, text)
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """The tags in the run's folder, sorted."""
+        return read_tags(self.path)
+
+    def tag(self, *tags: str) -> None:
+        """Add tags to the run.
+
+        Raises:
+            RunError: a tag is invalid, or the tags cannot be written.
+        """
+        write_tags(self.path, {*self.tags, *tags})
+
+    def untag(self, *tags: str) -> None:
+        """Remove tags from the run; those that it does not have are ignored."""
+        write_tags(self.path, {*self.tags} - {*tags})
+
+    def delete(self) -> None:
+        """Move the run to the trash, from which `gaitsim trash restore` restores it for 30 days.
+
+        Raises:
+            RunError: a process is evolving the run, or its folder cannot be moved.
+        """
+        trash_run(self.path)
 
     def rename(self, name: str) -> None:
         """Rename the run's folder.

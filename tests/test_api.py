@@ -2,6 +2,7 @@
 
 import html
 import inspect
+import shutil
 import subprocess
 import sys
 import threading
@@ -81,7 +82,7 @@ def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch)
     assert [run.path.name for run in found] == ["evolved_search"]
     title, head, row = repr(found).splitlines()
     assert title == f"runs in {evolved_search.run.path.parent}: 1"
-    assert head.split() == ["run", "body", "fitness", "generation", "best", "state"]
+    assert head.split() == ["run", "body", "fitness", "generation", "best", "state", "tags"]
     assert row.split()[:4] == ["evolved_search", "spider", "spider-walk", "4/4"]
     assert row.split()[4:] == [f"{found[0].champion.score:.4g}", "finished"]
     assert "<td>evolved_search</td>" in found._repr_html_()
@@ -91,6 +92,28 @@ def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch)
     presets = gs.presets()
     assert {"spider", "fly"} <= {*presets}
     assert "a spider that walks" in repr(presets[presets.index("spider") :])
+
+
+def test_runs_are_tagged_found_and_deleted(
+    evolved_search: gs.RunningSearch, tmp_path: Path
+) -> None:
+    for name in ("a", "b"):
+        shutil.copytree(evolved_search.run.path, tmp_path / name)
+    run = gs.load(tmp_path / "a")
+    run.tag("good", "straight")
+    run.untag("straight", "missing")
+    assert run.tags == ("good",)
+    (found,) = gs.runs(tmp_path, where="tag:good score>-100 forward>-100")
+    assert found.path == run.path
+    assert "good" in repr(gs.runs(tmp_path))
+    assert [one.path.name for one in gs.runs(tmp_path, sort="-name")] == ["b", "a"]
+    for options in ({"where": "scor>1"}, {"sort": "-scor"}):
+        with pytest.raises(gs.GaitsimError, match="unknown key 'scor'"):
+            gs.runs(tmp_path, **options)
+    with pytest.raises(gs.GaitsimError, match="invalid tag"):
+        run.tag("a b")
+    run.delete()
+    assert [one.path.name for one in gs.runs(tmp_path)] == ["b"]
 
 
 def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
