@@ -48,7 +48,7 @@ class ListMembers(OneRun):
 
     gaitsim members spider-atlas --gaits --out atlas.csv
 
-    gaitsim members spider-atlas --map
+    gaitsim members spider-front --map
 
     gaitsim members spider-atlas --map --axes 'duty factor L1' 'duty factor R1'
 
@@ -65,12 +65,15 @@ class ListMembers(OneRun):
     )
     workers: int | None = WORKERS
     show_map: bool = option(
-        False, "print a map of the archive along two axes instead of a table", flag="--map"
+        False,
+        "print a map of the archive, or a scatter plot of the front, along two axes instead of a "
+        "table",
+        flag="--map",
     )
     axes: Pair | None = option(
         None,
         "axes of the map",
-        unset="the first two axes of the archive",
+        unset="the first two axes of the archive or objectives of the front",
         placeholder="NAME NAME",
     )
 
@@ -207,19 +210,20 @@ def _align(rows: Sequence[Sequence[str]]) -> str:
 
 
 def _print_map(run: RunSnapshot, members: Members, axes: tuple[str, ...] | None) -> None:
-    """Print an archive as a map along two axes (None: the first pair), with the best one marked."""
+    """Print members along two axes (None: the first pair), with the best one marked.
+
+    An archive is printed as a map, a front as a scatter plot.
+    """
     from gaitsim.console.characters import lines
     from gaitsim.console.streams import results
     from gaitsim.individual import Member
     from gaitsim.render.archive_view import ArchiveView
-    from gaitsim.render.terminal.heat_map import HeatMap, axis_labels, styles, summary
+    from gaitsim.render.front_view import FrontView
+    from gaitsim.render.terminal import heat_map, scatter
+    from gaitsim.render.terminal.member_picture import MemberPicture, axis_labels, styles, units_of
 
-    view = ArchiveView.of(members)
-    if view is None:
-        raise RunError(
-            f"the run {run.path} keeps a front, which has no map",
-            remedy=f"plot it: {command('plot', run.path, '--kind', 'front')}",
-        )
+    view = ArchiveView.of(members) or FrontView.of(run)
+    assert view is not None, "members are those of an archive or a front"
     for name in axes or ():
         if name not in view.names:
             raise unknown("axis", name, view.names, where="--axes")
@@ -227,7 +231,9 @@ def _print_map(run: RunSnapshot, members: Members, axes: tuple[str, ...] | None)
         raise GaitsimError("the two axes of a map must differ", where="--axes")
     names = axes or next(iter(view.pairs), view.names)
     console = output()
-    console.print(f"{run.path}: {summary(run, view)}", style="bold")
+    is_map = isinstance(view, ArchiveView)
+    text = (heat_map if is_map else scatter).summary(run, view)
+    console.print(f"{run.path}: {text}", style="bold")
     if not len(members.scores):
         console.print("Every individual failed.")
         return
@@ -235,15 +241,20 @@ def _print_map(run: RunSnapshot, members: Members, axes: tuple[str, ...] | None)
     width = min(console.width, WIDEST) if terminal else PIPED[0]
     height = min(console.height - 4, HIGHEST) if terminal else PIPED[1]
     shaded = console.no_color or console.color_system is None
-    words = axis_labels(run.individual(Member(1)), view)
-    drawn = HeatMap(view, names, words, width, height, shaded=shaded)
+    words = axis_labels(view.names, units_of(run.individual(Member(1)), view.names))
+    drawn: MemberPicture
+    if isinstance(view, ArchiveView):
+        drawn = heat_map.HeatMap(view, names, words, width, height, shaded=shaded)
+    else:
+        third = next((name for name in view.names if name not in names), "")
+        drawn = scatter.Scatter(view, names, words, width, height, colour=third, shaded=shaded)
     if not drawn.fits:
         raise GaitsimError("the terminal is too small for a map", remedy="enlarge it")
     best = view.best
-    assert best is not None, "an archive with members has a best one"
+    assert best is not None, "a front or an archive with members has a best one"
     for line in lines(*drawn.draw(drawn.place_of(best)), styles("default", "bright_black")):
         line.rstrip()
         if line.plain:
             console.print(line)
-    mark = "◆" if shaded else "▸ ▴"
+    mark = "◆" if shaded or not is_map else "▸ ▴"
     console.print(f"{mark} member {best}, the best: {command('play', run.path, '--member', best)}")

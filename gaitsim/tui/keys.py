@@ -60,7 +60,8 @@ _SYNONYMS = {
     "robot gait arduino dynamixel feetech ros ros2 bag hardware calibration file save analyse "
     "analysis imitate imitation network curve",
     "Laboratory": "damage lost leg remove broken adapt trial error recover",
-    "Map": "archive atlas heat map elites members cells coverage quality diversity",
+    "Map": "archive atlas heat map elites members cells coverage quality diversity pareto front "
+    "scatter objectives compromises",
     "Replay": "champion play animation motion side beside frame",
     "Why": "score terms analyse analysis gait name explain breakdown",
 }
@@ -69,6 +70,28 @@ _CHAMPION = "The run has no champion yet; let it evolve."
 _ELSEWHERE = "Another process evolves the run, or the run is still being prepared."
 _EXPORTS = "This run has no exports yet; press e to export files."
 _HISTORY = "None of these runs has a finished generation yet."
+
+_AXES = [
+    Shown("axes-back", "left_square_bracket", "Axes", "Previous pair of axes", "pair(-1)",
+          words="pair legs objectives previous"),
+    Shown("axes-on", "right_square_bracket", "Axes", "Next pair of axes", "pair(1)",
+          words="pair legs objectives next"),
+    Hidden("across", "x", "Horizontal axis", "Choose the next horizontal axis", "axis(0)",
+           words="axis horizontal x"),
+    Hidden("upwards", "z", "Vertical axis", "Choose the next vertical axis", "axis(1)",
+           words="axis vertical y"),
+]  # fmt: skip
+_MEMBER = [
+    Shown("best", "b", "Best", "Select the best member", words="champion elite"),
+    Shown("go-to", "g,colon", "Go to", "A member by number", display="g",
+          words="member number jump"),
+    Shown("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
+    Shown("why", "w", "Why", "Explain the score and name the gait"),
+    Shown("export", "e", "Export", "Gait files, plots, videos, …"),
+    Shown("laboratory", "L", "Laboratory", "Remove legs from the body and adapt its gait"),
+    Hidden("view", "v", "View", "From the corner, the side, above, or the front",
+           words="camera side above front angle perspective"),
+]  # fmt: skip
 
 ACTIONS: dict[str, list[ScreenAction]] = {
     "app": [
@@ -127,8 +150,8 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               where="At home, on a live run or in a replay:"),
         Shown("laboratory", "L", "Laboratory", "Remove legs from its body and adapt its gait",
               where="At home, on a live run or in a replay, for a body with legs:"),
-        Hidden("map", "M", "Map", "The archive as a map",
-               where="At home, on a live run or in a replay, for a run with an archive:"),
+        Hidden("map", "M", "Map", "The archive as a map, or the front as a scatter plot",
+               where="At home, on a live run or in a replay, for a run with an archive or front:"),
         Hidden("gallery", "B", "Gallery", "Write a web site of all runs here",
                words="site browser web html page share show publish", where="At home:"),
         Shown("plugins", "p", "Plugins", "List installed plugins",
@@ -159,8 +182,8 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               words="copy branch clone duplicate",
               why="The run has no finished generation to copy.", where="On a live run:"),
         Shown("replay", "r", "Replay", "Watch any generation move", why=_CHAMPION),
-        Shown("map", "M", "Map", "The archive as a map, as it fills",
-              why="The search keeps no archive."),
+        Shown("map", "M", "Map", "The archive as a map, or the front as a scatter plot",
+              why="The search keeps neither an archive nor a front."),
         Shown("goal", "g", "Generations", "Set the number of generations",
               words="goal target length more further extend", why=_ELSEWHERE,
               where="On a live run:"),
@@ -208,8 +231,8 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               words="terms score numbers values panel curve", why=_SHOWN),
         Shown("split", "s", "Split", "Show a second body, or a single one",
               words="beside two compare second", where="In a replay:"),
-        Shown("map", "M", "Map", "Show the archive as a map, with the cursor on this member",
-              why="The search keeps no archive."),
+        Shown("map", "M", "Map", "Show the archive as a map, or the front, at this member",
+              why="The search keeps neither an archive nor a front."),
         Shown("why", "w", "Why", "Explain the score and name the gait", why=_SHOWN),
         Shown("laboratory", "L", "Laboratory", "Remove legs from this body and adapt its gait",
               why=_SHOWN),
@@ -220,25 +243,24 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("export", "e", "Export", "Plots, videos, gait files, … of the individual shown",
               why=_SHOWN)],
     "map": [
-        Shown("axes-back", "left_square_bracket", "Axes", "Previous pair of axes", "pair(-1)",
-              words="pair legs previous"),
-        Shown("axes-on", "right_square_bracket", "Axes", "Next pair of axes", "pair(1)",
-              words="pair legs next"),
-        Hidden("across", "x", "Horizontal axis", "Choose the next horizontal axis", "axis(0)",
-               words="axis horizontal x"),
-        Hidden("upwards", "z", "Vertical axis", "Choose the next vertical axis", "axis(1)",
-               words="axis vertical y"),
-        Shown("best", "b", "Best", "Select the best member", words="champion elite"),
-        Shown("go-to", "g,colon", "Go to", "A member by number", display="g",
-              words="member number jump"),
-        Shown("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
-        Shown("why", "w", "Why", "Explain the score and name the gait"),
-        Shown("export", "e", "Export", "Gait files, plots, videos, …"),
-        Shown("laboratory", "L", "Laboratory", "Remove legs from the body and adapt its gait"),
+        *_AXES, *_MEMBER,
         Shown("play", "space", "Pause", "Pause or play the motion",
-              words="pause stop go animation"),
-        Hidden("view", "v", "View", "From the corner, the side, above, or the front",
-               words="camera side above front angle perspective")],
+              words="pause stop go animation")],
+    "front": [
+        *_AXES,
+        Hidden("along-back", "comma", "Previous", "Previous member along the front", "along(-1)",
+               words="previous number step"),
+        Hidden("along-on", "full_stop", "Next", "Next member along the front", "along(1)",
+               words="next number step"),
+        Shown("mark", "space", "Mark", "Mark two members to compare them or replay both",
+              words="compare select beside side two"),
+        *_MEMBER,
+        Shown("others", "o", "Others", "Show or hide the other individuals of the last generation",
+              words="dominated population generation hide"),
+        Hidden("colour", "c", "Colour", "Show another objective by colour",
+               words="third objective color"),
+        Hidden("play", "p", "Pause", "Pause or play the motion",
+               words="pause stop go animation")],
     "map cursor": [
         Hidden("left", "left,h", "Left", "Move to the next gait on the left", "move(-1, 0)"),
         Hidden("right", "right,l", "Right", "Move to the next gait on the right", "move(1, 0)"),

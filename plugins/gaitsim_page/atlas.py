@@ -13,7 +13,7 @@ from gaitsim.individual import Individual, Member
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.render.archive_view import ArchiveView, colour_scale_low
 from gaitsim.render.plots.data import require_archive
-from gaitsim.render.terminal.heat_map import VIRIDIS
+from gaitsim.render.terminal.member_picture import VIRIDIS
 from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import command
 from gaitsim.storage.snapshot import RunSnapshot

@@ -1,17 +1,15 @@
 """Plot a front: the compromises between the objectives of a search."""
 
 from collections.abc import Mapping
-from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Results
 from gaitsim.contracts.search import Members
 from gaitsim.errors import NothingToPlotError
-from gaitsim.evolution.transferability import RealityTests, with_predictions
 from gaitsim.individual import Member
+from gaitsim.render.front_view import FrontView
 from gaitsim.render.plots.data import require_front
 from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
@@ -36,10 +34,10 @@ def front_figure(run: RunSnapshot, theme: Theme) -> "Figure":
 
     individual = run.individual(Member(1)) if run.experiment.search.keeps else run.individual()
     require_front(individual)
-    members = run.members
-    if members is None:
+    view = FrontView.of(run)
+    if view is None:
         raise ValueError("the search keeps a front, but the run has no members")
-    names = [*members.values]
+    members, names, directions = view.members, view.names, view.directions
     if len(names) > MAX_OBJECTIVES:
         raise NothingToPlotError(
             f"too many objectives to plot: {len(names)}, which have "
@@ -48,16 +46,8 @@ def front_figure(run: RunSnapshot, theme: Theme) -> "Figure":
             remedy=f"write a table, and plot some of its columns: "
             f"{command('members', run.path, '--out', 'front.csv')}",
         )
-    directions: Mapping[str, str] = getattr(run.experiment.search, "objectives", {})
     labels = {name: _label(name, individual.unit_of(name), directions) for name in names}
-    last = run.finished
-    results = Results(last.genomes, last.scores, last.values)
-    if (tests := RealityTests.of(last.state)) is not None:
-        results = with_predictions(run.experiment_at(run.generation), tests, results)
-    everybody = {
-        name: results.scores if name == "score" else results.values[name] for name in names
-    }
-    pairs = [*combinations(names, 2)]
+    pairs = view.pairs
     with styled(theme):
         columns = min(len(pairs), 3)
         rows = -(-len(pairs) // columns)
@@ -67,9 +57,9 @@ def front_figure(run: RunSnapshot, theme: Theme) -> "Figure":
         for unused in places[len(pairs) :]:
             unused.remove()
         for axes, (across, up) in zip(places, pairs, strict=False):
-            _draw_population(axes, everybody[across], everybody[up], theme)
+            _draw_population(axes, view.others[across], view.others[up], theme)
             if len(names) == 2:
-                _draw_edge(axes, members, directions.get(across, "max"), theme)
+                _draw_edge(axes, members, directions[across], theme)
             _draw_members(axes, members, across, up, theme)
             axes.set_xlabel(labels[across])
             axes.set_ylabel(labels[up])
@@ -84,7 +74,7 @@ def front_figure(run: RunSnapshot, theme: Theme) -> "Figure":
 
 
 def _label(name: str, unit: str, directions: Mapping[str, str]) -> str:
-    words = {"max": "more is better", "min": "less is better"}.get(directions.get(name, ""), "")
+    words = {"max": "more is better", "min": "less is better"}[directions[name]]
     inside = ", ".join(part for part in (unit, words) if part)
     return f"{shorten(name, 24)} ({inside})" if inside else shorten(name, 40)
 

@@ -8,16 +8,8 @@ from matplotlib.colors import to_hex
 from gaitsim.contracts import Members
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.terminal.braille import ink_runs
-from gaitsim.render.terminal.heat_map import (
-    EMPTY,
-    LEVELS,
-    VIRIDIS,
-    ColourScale,
-    HeatMap,
-    nearest,
-    next_occupied,
-    styles,
-)
+from gaitsim.render.terminal.heat_map import HeatMap, nearest, next_occupied
+from gaitsim.render.terminal.member_picture import EMPTY, LEVELS, VIRIDIS, ColourScale, styles
 
 WORDS = {"turn": "turn (°)", "stance": "stance 宽", "score": "score (m)"}
 
@@ -76,7 +68,7 @@ def test_empty_cells_are_dots_and_members_are_in_their_cells():
     assert (inks == EMPTY).any()
     for number in range(1, 31):
         assert found.place_of(number) == tuple(view.cells[number - 1])
-        assert found.cell_of(*found.middle_of(found.place_of(number))) == found.place_of(number)
+        assert found.cell_of(*found.values_at(found.place_of(number))) == found.place_of(number)
     assert not HeatMap(view, ("turn", "stance"), WORDS, 12, 5).fits
     HeatMap(view, ("turn", "stance"), WORDS, 12, 5).draw((0, 0))
 

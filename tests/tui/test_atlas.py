@@ -23,7 +23,7 @@ async def shown(driver, run):
     """Open the map of a run, with an elite beside it; pause the motion, which delays a pilot."""
     driver.app.screen.show_screen("atlas.Map", run)
     screen = await driver.at("Map")
-    await driver.until(lambda: screen.pane.elite is not None)
+    await driver.until(lambda: screen.pane.member is not None)
     screen.pane.canvas.playing = False
     return screen
 
@@ -35,10 +35,10 @@ async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, dri
     best = int(np.argmax(members.scores)) + 1
     async with drive(size=(90, 30)) as driver:
         screen = await shown(driver, run)
-        plan, pane = screen.map, screen.pane
+        plan, pane = screen.plot, screen.pane
         assert plan.member == best
-        assert f"member {best}" in screen.query_one("#map-member").text
-        assert pane.elite.shown.individual.member.number == best
+        assert f"member {best}" in screen.query_one("#member").text
+        assert pane.member.shown.individual.member.number == best
         assert f"{len(members.scores)} of 324 cells" in screen.sub_title
         assert "QD score" in screen.sub_title
         axes = plan.names
@@ -50,8 +50,8 @@ async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, dri
             await driver.press(key)
             met.add(plan.member)
         assert len(met) > 2
-        await driver.until(lambda: pane.elite.shown.individual.member.number == plan.member)
-        assert pane.elite.shown.individual.score == members.scores[plan.member - 1]
+        await driver.until(lambda: pane.member.shown.individual.member.number == plan.member)
+        assert pane.member.shown.individual.score == members.scores[plan.member - 1]
 
         # The cursor stays on its gait along other axes, if it is the best of its cell there.
         await driver.press("b", "right_square_bracket")
@@ -69,8 +69,8 @@ async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, dri
         await driver.press("enter")
         await driver.until(lambda: driver.screen is screen)
         where = [members.values[name][1] for name in plan.names]
-        cell = plan._map.cell_of(*where)
-        assert plan._map.numbers[cell] == plan.member
+        cell = plan._picture.cell_of(*where)
+        assert plan._picture.numbers[cell] == plan.member
 
         # A click on an empty cell moves to the nearest elite.
         await driver.pilot.click(plan, offset=(plan.size.width - 4, 2))
@@ -80,13 +80,13 @@ async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, dri
 
 @pytest.mark.slow
 async def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, drive, monkeypatch):
-    monkeypatch.setattr("gaitsim.tui.screens.atlas.LOOK", 0.05)
-    monkeypatch.setattr("gaitsim.tui.screens.atlas.SHARE", 1)
+    monkeypatch.setattr("gaitsim.tui.screens.members.LOOK", 0.05)
+    monkeypatch.setattr("gaitsim.tui.screens.members.SHARE", 1)
     run = walk("atlas", 3, *ATLAS, generations=9)
     walk("plain", 3)
     async with drive(size=(90, 30)) as driver:
         screen = await shown(driver, run)
-        plan = screen.map
+        plan = screen.plot
         await driver.press("left", "down")
 
         # Members are added while another process evolves the run; the cursor stays.
@@ -106,7 +106,7 @@ async def test_the_map_updates_while_the_run_evolves_and_opens_the_replay(walk, 
 
         # A run without an archive shows an error.
         driver.app.screen.show_screen("atlas.Map", run.with_name("plain"))
-        await driver.until(lambda: "keeps no archive" in driver.screen.map.placeholder())
+        await driver.until(lambda: "keeps no archive" in driver.screen.plot.placeholder())
         assert "map.best" not in driver.offered()
         await driver.press("escape", "escape")
         driver.app.screen.show_screen("live.Live", run)

@@ -161,10 +161,15 @@ class GaitScreen(Screen[None]):
         if self.choice is not None:
             self.show_screen("laboratory.Laboratory", self.choice.run, self.choice.which)
 
-    def action_map(self) -> None:
-        """Show the archive of the run as a map, with the cursor on the member."""
-        if self.choice is not None:
-            self.show_screen("atlas.Map", self.choice.run, self.choice.which)
+    @work(group="ask")
+    async def action_map(self) -> None:
+        """Show the archive of the run as a map, or its front, with the cursor on the member."""
+        from gaitsim.tui.screens.live_source import kept_by
+
+        choice = self.choice
+        if choice is not None:
+            front = await self.in_thread(kept_by, choice.run) == "front"
+            self.show_screen("front.Front" if front else "atlas.Map", choice.run, choice.which)
 
     def action_steer(self) -> None:
         """Steer the body of the individual, which controls it."""

@@ -34,8 +34,8 @@ from gaitsim.render.terminal.text import number, visible, visible_lines
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.screens.damage import Choice, Legs, damage_texts
-from gaitsim.tui.widgets.archive_map import ArchiveMap
 from gaitsim.tui.widgets.canvas import BodyCanvas
+from gaitsim.tui.widgets.member_plot import ArchiveMap
 
 FPS = 12  # three bodies move at once
 WALKS, LIMPS = 0.9, 0.5  # minimum shares of the intact distance for the first two colours

@@ -22,7 +22,7 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.screens.change_dialog import ChangeDialog, ChangeRequest
 from gaitsim.tui.screens.live_board import Board
-from gaitsim.tui.screens.live_source import describe_run, keeps_archive, with_failure
+from gaitsim.tui.screens.live_source import describe_run, kept_by, with_failure
 from gaitsim.tui.screens.questions import Ask
 
 RESTING = ("stopped", "failed")
@@ -79,7 +79,7 @@ with `gaitsim attach`.
         self.board = Board(run, clock)
         self._resume = resume
         self.process: RunProcess | None = None
-        self._stopping = self._has_archive = False
+        self._stopping = self._has_members = False
         self.title, self.sub_title = run.name, ""
 
     def content(self) -> ComposeResult:
@@ -106,7 +106,7 @@ with `gaitsim attach`.
 
     def on_mount(self) -> None:
         self.sub_title = describe_run(self.run)
-        self._look_for_archive()
+        self._look_for_members()
         self._watch()
         self.set_interval(LOOK, self._look)
 
@@ -124,9 +124,9 @@ with `gaitsim attach`.
         if resume and self.snapshot.state == "stopped":
             self._start()
 
-    @work(group="archive")
-    async def _look_for_archive(self) -> None:
-        self._has_archive = await self.in_thread(keeps_archive, self.run)
+    @work(group="members")
+    async def _look_for_members(self) -> None:
+        self._has_members = bool(await self.in_thread(kept_by, self.run))
         self._changed()
 
     def _look(self) -> None:
@@ -175,7 +175,7 @@ with `gaitsim attach`.
             state,
             self.process is not None,
             self.snapshot.champion is not None,
-            self._has_archive,
+            self._has_members,
         )
 
     @work(group="reread")
@@ -295,7 +295,7 @@ with `gaitsim attach`.
             case "fork":
                 return state != "failed" or self.snapshot.generation > 0
             case "map":
-                return self._has_archive and self.snapshot.generation > 0
+                return self._has_members and self.snapshot.generation > 0
             case "replay" | "why" | "export" | "laboratory" | "steer":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)

@@ -89,12 +89,12 @@ def describe_run(run: Path) -> str:
     return f"body {body} · fitness {fitness} · seed {outline.seed}"
 
 
-def keeps_archive(run: Path) -> bool:
-    """Return whether the search of a run keeps an archive; False if it cannot be loaded."""
+def kept_by(run: Path) -> str:
+    """Return what the search of a run keeps, 'front' or 'archive'; '' if neither or unreadable."""
     try:
-        return RunSnapshot(run).experiment.search.keeps == "archive"
+        return RunSnapshot(run).experiment.search.keeps
     except GaitsimError:
-        return False
+        return ""
 
 
 class ChampionSimulator:

@@ -41,6 +41,7 @@ class Replay(GaitScreen):
         which: first individual to show; None is the champion.
         beside: folder of the run to show beside it, which may be the same run; None for one body.
         damage: damage of the bodies of `run`, in the syntax of `--damage`.
+        beside_which: first individual to show beside it; None is the champion.
 
     Attributes:
         panes: the pane of each body.
@@ -66,7 +67,8 @@ The best individual of any generation, or a member of a front or archive, in mot
 - **Members**, if the search keeps a front or an archive: the slider and the generation keys step
   through the members, and the curve shows the member's position on the front. Press it again for
   generations.
-- **Map** shows the archive as a map, to choose any gait with the arrow keys.
+- **Map** shows the archive as a map, or the front as a scatter plot, to choose any gait with the
+  arrow keys.
 - ★ is the champion of the run, or the member with the best score.
 """
     BINDINGS = bindings("replay")
@@ -88,6 +90,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         which: Which = None,
         beside: Path | None = None,
         damage: Sequence[str] = (),
+        beside_which: Which = None,
     ) -> None:
         super().__init__()
         self._run, self._beside, self._damage = run, beside, tuple(damage)
@@ -95,7 +98,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         self._time = Scrubber("time      ", format_value=self._format_time, id="frame")
         self.panes = [ReplayPane(run, which, damage)]
         if beside is not None:
-            self.panes.append(ReplayPane(beside, classes="second"))
+            self.panes.append(ReplayPane(beside, beside_which, classes="second"))
 
     def content(self) -> ComposeResult:
         with Horizontal(id="panes"):
@@ -327,7 +330,7 @@ The best individual of any generation, or a member of a front or archive, in mot
                 return self.pane.shown is not None and self.pane.shown.best_member is not None
             case "map":
                 members = self.pane.shown.members if self.pane.shown is not None else None
-                return members is not None and members.cells is not None
+                return members is not None
             case "generation" | "best":
                 return self.pane.shown is not None or self.pane.problem is not None
         return super().check_action(action, parameters)

@@ -1,0 +1,209 @@
+"""Pictures of the members of an archive or a front, with a cursor on a member."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
+
+from rich.style import Style
+from textual import events
+from textual.message import Message
+
+from gaitsim.contracts import Members
+from gaitsim.render.archive_view import ArchiveView
+from gaitsim.render.front_view import FrontView
+from gaitsim.render.terminal.heat_map import HeatMap
+from gaitsim.render.terminal.member_picture import MemberPicture, Place, styles
+from gaitsim.render.terminal.scatter import Scatter
+from gaitsim.tui.keys import bindings
+from gaitsim.tui.widgets.cells import Cells, Picture
+
+_PARTS = ("axis", "empty", "pointer")
+
+
+class MemberView(Protocol):
+    """Members of a run with axes along which to show them."""
+
+    @property
+    def members(self) -> Members: ...
+    @property
+    def names(self) -> tuple[str, ...]: ...
+    @property
+    def pairs(self) -> tuple[tuple[str, str], ...]: ...
+    @property
+    def best(self) -> int | None: ...
+
+
+V = TypeVar("V", bound=MemberView)
+
+
+class MemberPlot(Cells, Generic[V], can_focus=True):
+    """Members along one or two axes; arrow keys and clicks move the cursor between them.
+
+    Args:
+        message: message shown without a member.
+
+    Attributes:
+        view: view of the members; None before the first.
+        names: names of the one or two axes shown.
+        labels: labels of the axes and the score, with units.
+        marks: one-column characters shown on members, by number.
+    """
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"members--axis", "members--empty", "members--pointer"}
+    DEFAULT_CSS = """
+    MemberPlot {
+        width: 1fr; height: 1fr;
+        & > .members--axis { color: $foreground 80%; }
+        & > .members--empty { color: $foreground 25%; }
+        & > .members--pointer { color: #ff2d95; }
+        &:light > .members--pointer { color: #d6006c; }
+    }
+    """
+    BINDINGS = bindings("map cursor")
+
+    @dataclass
+    class CursorMoved(Message):
+        """Posted with the number of the member under the cursor, or None without members."""
+
+        member: int | None
+
+    def __init__(self, message: str = "no gait yet", **settings: Any) -> None:
+        super().__init__(**settings)
+        self._message = message
+        self.view: V | None = None
+        self.names: tuple[str, ...] = ()
+        self.marks: Mapping[int, str] = {}
+        self.labels: Mapping[str, str] = {}
+        self._picture: MemberPicture | None = None
+        self._drawn_at: tuple[int, int] | None = None
+        self._place: Place | None = None
+        self._values: tuple[float, ...] = ()  # position of the cursor on the axes
+        self._wanted: int | None = None  # member on which to place the cursor
+
+    @abstractmethod
+    def make_picture(self, view: V, columns: int, rows: int) -> MemberPicture:
+        """Return the picture of a view at a size."""
+
+    def show(
+        self,
+        view: V,
+        names: tuple[str, ...],
+        words: Mapping[str, str],
+        member: int | None,
+    ) -> None:
+        """Show members along axes, with the cursor on one of them.
+
+        Args:
+            view: view of the members.
+            names: names of one or two axes.
+            words: labels of the axes and the score, with units.
+            member: number of the member; None keeps the position, or moves to the best.
+        """
+        if member is None and (names != self.names or not self._values):
+            member = view.best
+        self.view, self.names, self.labels = view, names, words
+        self._picture = None
+        self.go_to(member)
+
+    def show_message(self, message: str) -> None:
+        """Set the message that is shown until there is a member."""
+        self._message = message
+        self.redraw()
+
+    def go_to(self, member: int | None) -> None:
+        """Move the cursor to the place of a member; None keeps it in place."""
+        self._wanted, self._place = member, None
+        self._find()
+        self.redraw()
+
+    @property
+    def member(self) -> int | None:
+        """The number of the member under the cursor."""
+        found = self._picture
+        return None if found is None or self._place is None else found.member(self._place)
+
+    def _find(self) -> MemberPicture | None:
+        """Return the picture at the widget's size, after placing the cursor on a member."""
+        columns, rows = self.content_size
+        if self.view is None or not columns or not rows:
+            return None
+        if self._picture is None or self._drawn_at != (columns, rows):
+            self._picture = self.make_picture(self.view, columns, rows)
+            self._drawn_at, self._place = (columns, rows), None
+        if self._place is None and (self._wanted or self._values):
+            wanted, found = self._wanted, self._picture
+            self._point(
+                found, found.place_of(wanted) if wanted else found.place_near(*self._values)
+            )
+        return self._picture
+
+    def _point(self, found: MemberPicture, place: Place | None) -> None:
+        """Place the cursor; None if there are no members."""
+        self._place, self._wanted = place, None
+        self._values = () if place is None else found.values_at(place)
+        self.post_message(self.CursorMoved(self.member))
+
+    def placeholder(self) -> str:
+        if self.view is None or not len(self.view.members.scores):
+            return self._message
+        found = self._find()
+        return "" if found is not None and found.fits else "too narrow for a map"
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        found = self._find()
+        assert found is not None, "else the placeholder is shown"
+        placed = ((found.place_of(number), mark) for number, mark in self.marks.items())
+        marks = {place: mark for place, mark in placed if place is not None}
+        return found.draw(self._place, marks)
+
+    def ink_styles(self) -> list[Style]:
+        """Return the styles of axes, cursor, empty cells, and pairs of colours."""
+        colours = [self.ink_style(f"members--{part}").color for part in _PARTS]
+        names = [colour.name if colour is not None else "default" for colour in colours]
+        if self.app.no_color:  # else the pointer would be dark grey
+            names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
+        return [self.ink_style() + Style.parse(style) for style in styles(*names)]
+
+    def action_move(self, across: int, up: int) -> None:
+        found = self._find()
+        if found is not None and self._place is not None:
+            self._go(found, found.place_beside(self._place, across, up))
+
+    def on_click(self, event: events.Click) -> None:
+        found = self._find()
+        if found is not None:
+            self._go(found, found.place_at(event.x, event.y))
+
+    def _go(self, found: MemberPicture, place: Place | None) -> None:
+        if place is not None and place != self._place:
+            self._point(found, place)
+            self.redraw()
+
+
+class ArchiveMap(MemberPlot[ArchiveView]):
+    """One or two axes of an archive as a heat map."""
+
+    def make_picture(self, view: ArchiveView, columns: int, rows: int) -> HeatMap:
+        shaded = self.app.no_color
+        return HeatMap(view, self.names, self.labels, columns, rows, shaded=shaded)
+
+
+class FrontPlot(MemberPlot[FrontView]):
+    """Two objectives of a front as a scatter plot.
+
+    Attributes:
+        colour: name of the objective that the colour shows; '' for none.
+        others: whether to show the other individuals of the last generation.
+    """
+
+    DEFAULT_CSS = """
+    FrontPlot > .members--empty { color: $foreground 45%; }
+    """
+
+    colour = ""
+    others = True
+
+    def make_picture(self, view: FrontView, columns: int, rows: int) -> Scatter:
+        options = {"others": self.others, "shaded": self.app.no_color}
+        return Scatter(view, self.names, self.labels, columns, rows, colour=self.colour, **options)
