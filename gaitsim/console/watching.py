@@ -12,6 +12,7 @@ from rich.text import Text
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import output, print_json
 from gaitsim.live.protocol import Speed
+from gaitsim.live.slots import queued_runs
 from gaitsim.live.usage import process_usage
 from gaitsim.render.terminal.text import duration, number, visible
 from gaitsim.storage.growing import RunsWatcher
@@ -39,19 +40,21 @@ class RunsMonitor:
         """Return the current values of each run."""
         runs = [run for run in self._query.select(self._watcher.poll()) if run.evolves]
         self._speeds = {run.path: self._speeds.get(run.path, Speed(RECENT)) for run in runs}
-        return [self._read(run) for run in runs]
+        queue = queued_runs()
+        return [self._read(run, queue) for run in runs]
 
-    def _read(self, run: Overview) -> dict[str, Any]:
+    def _read(self, run: Overview, queue: list[Path]) -> dict[str, Any]:
         speed = self._speeds[run.path]
         if run.state == "running":
             speed.add(run.generation, run.evaluations)
         else:
             speed.clear()
         rate = speed.per_second()["generations_per_second"]
-        usage = process_usage(run.path)
+        usage, path = process_usage(run.path), run.path.resolve()
         return {
             "run": run.name,
             "state": run.state,
+            "queue_position": queue.index(path) + 1 if path in queue else None,
             "generation": run.generation,
             "generations": run.generations,
             "best": run.best,
@@ -99,7 +102,7 @@ def _table(rows: list[dict[str, Any]]) -> Table | Text:
         rate, left, memory = row["generations_per_second"], row["seconds_left"], row["memory_bytes"]
         table.add_row(
             Text(visible(row["run"]), overflow="ellipsis"),
-            row["state"],
+            f"{row['state']} {row['queue_position'] or ''}".rstrip(),
             f"{row['generation']}/{row['generations']}",
             "" if row["best"] is None else number(row["best"], 4),
             f"{rate:.2g}" if rate else "",

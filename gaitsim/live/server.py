@@ -299,7 +299,7 @@ def connect_stdio(_run: Path, *, paused: bool) -> Iterator[Connection]:
 @contextmanager
 def connect_socket(run: Path, *, paused: bool) -> Iterator[Connection]:
     """Accept commands from any client of a socket, and report to all clients."""
-    slot = Slot(create_runtime_folder(), slot_count())
+    slot = Slot(create_runtime_folder(), slot_count(), run)
     presence = Presence(run)
     commands = CommandQueue(paused=paused, slot=slot, check=presence.check)
     _stop_on_sigterm(commands)

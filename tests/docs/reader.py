@@ -33,6 +33,7 @@ NOT_RUN = {
     r"tcp://host:8786": "needs a cluster",
     r"champions/generation-0000": "a file of a run with all its individuals",
     r"attach .* > ": "ends with the run; without a file it is begun",
+    r"queue night": "needs runs that wait; tests/cli/test_background.py moves some",
     r" --root \.\./": "needs the folder of a robot's meshes",
     r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",
     r"--pairs --physics": "takes half a minute; pages have each of the two options alone",

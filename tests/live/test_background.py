@@ -1,6 +1,7 @@
 """Processes that evolve runs in the background: their sockets, their queue and their ends."""
 
 import errno
+import itertools
 import json
 import os
 import random
@@ -11,21 +12,26 @@ from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
+from filelock import FileLock
 from waiting import until
 
 from gaitsim.errors import GaitsimError, RunError
+from gaitsim.live import slots
 from gaitsim.live.evolving import CommandQueue
 from gaitsim.live.process import background_state, kill, send, start_detached, stop
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.server import Hub, Presence
-from gaitsim.live.slots import Slot, slot_count
+from gaitsim.live.slots import Slot, move_queued, queued_runs, slot_count
+from gaitsim.live.usage import process_usage
 from gaitsim.storage.background import (
     LOCK,
     SOCKET,
     STATUS,
+    BackgroundProcess,
     address,
     background_process,
     background_processes,
+    create_runtime_folder,
     last_failure,
     runtime_file,
 )
@@ -165,9 +171,24 @@ def test_runs_start_in_order_and_a_paused_run_frees_its_slot(new_run, monkeypatc
     until(lambda: background_state(first) == "running")
 
 
+@pytest.mark.slow
+def test_the_usage_of_a_process_covers_its_workers(new_run):
+    path = new_run("run", *SLOW, generations=100_000)
+    assert process_usage(path) is None
+    start_detached(path)
+    until(lambda: background_state(path) == "running")
+    first = process_usage(path)
+    then = process_usage(path)
+    assert first.memory > 20_000_000
+    assert first.share > 0
+    assert then.share >= 0
+    kill(path)
+    until(lambda: process_usage(path) is None)
+
+
 class TestSlots:
     def test_tickets_are_served_in_order(self, tmp_path):
-        waiting = [Slot(tmp_path, 2) for _ in range(4)]
+        waiting = [Slot(tmp_path, 2, tmp_path / name) for name in "abcd"]
         assert [slot.try_acquire() for slot in waiting] == [True, True, False, False]
         waiting[1].release()
         assert [slot.try_acquire() for slot in waiting] == [True, False, True, False]
@@ -177,24 +198,98 @@ class TestSlots:
     def test_tickets_of_dead_processes_do_not_count(self, tmp_path):
         (tmp_path / "queue").mkdir()
         (tmp_path / "queue" / "000000000007").touch()
-        first, second = Slot(tmp_path, 1), Slot(tmp_path, 1)
+        first, second = Slot(tmp_path, 1, tmp_path / "a"), Slot(tmp_path, 1, tmp_path / "b")
         assert first.try_acquire()
         assert not second.try_acquire()
-        assert sorted(path.name for path in (tmp_path / "queue").iterdir()) == [
-            "000000000008",
-            "000000000009",
+        assert sorted(path.name[:12] for path in (tmp_path / "queue").iterdir()) == [
+            "000000000000",
+            "000000000001",
         ]
 
     def test_a_broken_folder_lets_every_run_evolve(self, tmp_path):
         (tmp_path / "queue").touch()
-        assert Slot(tmp_path, 1).try_acquire()
-        assert Slot(tmp_path, 1).try_acquire()
+        assert Slot(tmp_path, 1, tmp_path / "a").try_acquire()
+        assert Slot(tmp_path, 1, tmp_path / "b").try_acquire()
 
     @pytest.mark.parametrize("given", ["0", "-1", "two", "1.5", "²"])
     def test_an_invalid_number_is_rejected(self, monkeypatch, given):
         monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", given)
         with pytest.raises(GaitsimError, match="GAITSIM_BACKGROUND_RUNS"):
             slot_count()
+
+
+class TestQueue:
+    """A queue with one slot: `a` evolves, the other runs wait."""
+
+    @pytest.fixture
+    def queue(self, tmp_path, monkeypatch):
+        """Return the slots of five runs by name."""
+        monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / "runtime"))
+        folder, paths = create_runtime_folder(), [tmp_path / name for name in "abcde"]
+        processes = [BackgroundProcess(path, 1, "queued") for path in paths]
+        monkeypatch.setattr(slots, "background_processes", lambda: processes)
+        found = {path.name: Slot(folder, 1, path) for path in paths}
+        assert [slot.try_acquire() for slot in found.values()] == [True, *[False] * 4]
+        return found
+
+    def names(self):
+        return "".join(run.name for run in queued_runs())
+
+    @pytest.mark.parametrize(
+        ("name", "to", "order"),
+        [
+            ("d", 0, "dbce"),
+            ("b", -1, "cdeb"),
+            ("e", 1, "becd"),
+            ("b", 1, "cbde"),
+            ("b", 99, "cdeb"),
+            ("c", 1, "bcde"),
+        ],
+    )
+    def test_runs_start_in_the_changed_order(self, tmp_path, queue, name, to, order):
+        assert self.names() == "bcde"
+        moved = move_queued(tmp_path / name, to)
+        assert "".join(run.name for run in moved) == self.names() == order
+        queue["a"].release()
+        for first, then in itertools.pairwise(order):
+            assert not queue[then].try_acquire()
+            assert queue[first].try_acquire()
+            queue[first].release()
+
+    def test_a_moved_run_does_not_overtake_one_that_evolves(self, tmp_path, queue):
+        move_queued(tmp_path / "b", 0)
+        assert not queue["b"].try_acquire()
+        with pytest.raises(RunError, match="does not wait in the queue") as error:
+            move_queued(tmp_path / "a", 1)
+        assert error.value.allowed.count(str(tmp_path)) == 4
+
+    def test_a_run_that_joins_again_is_last(self, tmp_path, queue):
+        move_queued(tmp_path / "e", 0)
+        queue["e"].release()
+        assert self.names() == "bcd"
+        assert not queue["e"].try_acquire()
+        assert self.names() == "bcde"
+
+    def test_dead_and_deleted_tickets_lose_their_place(self, tmp_path, queue):
+        tickets = {path.name[-20:]: path for path in (tmp_path / "runtime/queue").iterdir()}
+        dead = tickets[runtime_file(tmp_path / "b", "").name]
+        dead.unlink()
+        dead.touch()
+        assert self.names() == "cde"
+        tickets[runtime_file(tmp_path / "c", "").name].unlink()
+        assert not queue["c"].try_acquire()
+        assert self.names() == "dec"
+        assert "".join(run.name for run in move_queued(tmp_path / "c", 0)) == "cde"
+        queue["a"].release()
+        assert queue["c"].try_acquire()
+
+    def test_a_queue_that_cannot_be_changed_is_one_message(self, tmp_path, queue, monkeypatch):
+        monkeypatch.setattr(slots, "GUARD_TIMEOUT", 0)
+        with (
+            FileLock(tmp_path / "runtime/queue.lock"),
+            pytest.raises(RunError, match="another process is changing the queue"),
+        ):
+            move_queued(tmp_path / "c", 0)
 
 
 class TestHub:
