@@ -14,7 +14,7 @@ from textual.types import CSSPathType
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import CommandPalette, GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.shell import Shell
 
@@ -56,6 +56,10 @@ class GaitsimApp(Shell):
     def get_default_screen(self) -> Screen[None]:
         """Return the first screen."""
         return self._first()
+
+    def action_command_palette(self) -> None:
+        if not isinstance(self.screen, CommandPalette):
+            self.push_screen(CommandPalette(id="--command-palette"))
 
     def action_help(self) -> None:
         from gaitsim.tui.screens.help import Help

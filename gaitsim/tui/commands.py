@@ -1,7 +1,7 @@
 """The command palette, which finds all actions by name or synonym."""
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from functools import partial
 from typing import NamedTuple
 
@@ -11,11 +11,13 @@ from textual.content import Content
 from textual.dom import DOMNode
 
 from gaitsim.tui.keys import NAMED, PREFIX
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import Dialog, GaitScreen
+from gaitsim.tui.themes import is_ours
 
 DIM = 0.7  # factor on the scores of unavailable commands
 SYNONYM = 0.9  # factor on the scores of synonyms
 NOT_NOW = "Not available now."
+CLOSE_FIRST = "Close this dialog first (esc)."
 
 
 class PaletteEntry(NamedTuple):
@@ -52,23 +54,30 @@ class Commands(Provider):
                 partial(app.run_action, binding.action, default_namespace=node),
                 NAMED[binding.id or ""].synonyms,
             )
-        if isinstance(screen, GaitScreen):
+        if isinstance(screen, GaitScreen | Dialog):
+            titles = {NAMED[name].label for name in seen}
             for title, about, do in screen.palette():
-                yield PaletteEntry(title, about, do)
+                if title not in titles:  # not a button with the name of an action
+                    yield PaletteEntry(title, about, do)
 
     def _unavailable(self, titles: set[str]) -> Iterator[PaletteEntry]:
         """Yield unavailable commands with their reasons, except those with one of the titles."""
         titles, screen = {*titles}, self.screen
-        if not isinstance(screen, GaitScreen):  # a dialog
+        if isinstance(screen, Dialog):
+            stack = self.app.screen_stack
+            below = stack[stack.index(screen) - 1]
+            for binding in (*_declared(self.app), *_declared(below)):
+                if binding.description not in titles:
+                    titles.add(binding.description)
+                    words = NAMED[binding.id or ""].synonyms
+                    yield PaletteEntry(binding.description, CLOSE_FIRST, None, words)
             return
-        for node in (screen.focused or screen).ancestors_with_self:
-            for binding in _declared(node):
-                if binding.description in titles or binding.action == "back":
-                    continue
-                titles.add(binding.description)
-                action = NAMED[binding.id or ""]
-                reason = screen.obstacle(binding.action) or action.why or NOT_NOW
-                yield PaletteEntry(binding.description, reason, None, action.synonyms)
+        if not isinstance(screen, GaitScreen):
+            return
+        for binding, reason in unavailable(screen, titles):
+            titles.add(binding.description)
+            words = NAMED[binding.id or ""].synonyms
+            yield PaletteEntry(binding.description, reason, None, words)
         for action in NAMED.values():
             title = action.title or action.label
             if action.where and title not in titles:
@@ -91,12 +100,24 @@ class Commands(Provider):
             score = max(by_title, SYNONYM * _score(query, f"{words} {about}"))
             if score <= 0:
                 continue
+            score += is_ours(title.removeprefix("Theme: "))  # before Textual's themes
             shown = matcher.highlight(escape_markup(title)) if by_title else Content(title)
             if do is None:
                 explain = partial(self.app.notify, about, title=title, markup=False)
                 yield Hit(DIM * score, shown.stylize("dim"), explain, title, escape_markup(about))
             else:
                 yield Hit(score, shown, do, title, escape_markup(about))
+
+
+def unavailable(screen: GaitScreen, titles: Collection[str]) -> Iterator[tuple[Binding, str]]:
+    """Yield the unavailable keys of a screen with reasons, except those with one of the titles."""
+    seen = {*titles}
+    for node in (screen.focused or screen).ancestors_with_self:
+        for binding in _declared(node):
+            if binding.description not in seen and binding.action != "back":
+                seen.add(binding.description)
+                why = NAMED[binding.id or ""].why
+                yield binding, screen.obstacle(binding.action) or why or NOT_NOW
 
 
 def escape_markup(text: str) -> str:

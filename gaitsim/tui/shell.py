@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
+from rich.theme import Theme
 from textual import work
 from textual.binding import Keymap
 from textual.containers import ScrollableContainer
@@ -19,7 +20,7 @@ from textual.events import Key
 from textual.filter import LineFilter
 from textual.screen import Screen
 from textual.widget import Widget
-from textual.widgets import DataTable, Input, OptionList
+from textual.widgets import DataTable, Input, OptionList, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import Config, format_problem, remember_theme
@@ -27,11 +28,12 @@ from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
 from gaitsim.tui.terminal_output import (
+    ContrastFilter,
     ControlCharacterFilter,
     TerminalMirror,
     mirroring_driver,
 )
-from gaitsim.tui.themes import DEFAULT, THEMES
+from gaitsim.tui.themes import DEFAULT, THEMES, ink_styles
 
 if TYPE_CHECKING:
     from gaitsim.tui.builder import ExperimentBuilder
@@ -42,7 +44,7 @@ _LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
 _TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
 _TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
 _KEYS = {action.name: action.keys for action in ACTIONS["list"]}
-_NO_CONTROLS = ControlCharacterFilter()
+_FILTERS = ControlCharacterFilter(), ContrastFilter()
 
 
 class ViKeys(KeyQueue):
@@ -110,6 +112,8 @@ class Shell(ViKeys):
         drafts: unsaved new runs by preset, the latest last.
     """
 
+    _has_inks = False  # whether the console knows the colours of a theme
+
     def __init__(
         self,
         folder: Path = Path("runs"),
@@ -143,7 +147,7 @@ class Shell(ViKeys):
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return the filters applied to each line before it is drawn."""
-        return [*super().get_line_filters(), _NO_CONTROLS]
+        return [*super().get_line_filters(), *_FILTERS]
 
     def on_key(self, event: Key) -> None:
         """Type a letter into a field that received the focus after the key was pressed.
@@ -190,8 +194,28 @@ class Shell(ViKeys):
 
     # Settings
 
+    def get_css_variables(self) -> dict[str, str]:
+        """Return the variables of the theme; its colours are styles of texts too."""
+        variables = super().get_css_variables()
+        if self._has_inks:
+            self.console.pop_theme()
+        self.console.push_theme(Theme(ink_styles(variables)))
+        self._has_inks = True
+        return variables
+
+    def _recolour(self, theme: object) -> None:
+        """Draw the texts of all screens in the colours of a new theme."""
+        for screen in self.screen_stack:
+            for static in screen.query(Static):
+                if isinstance(static.content, Text):
+                    static.update(static.content, layout=False)
+            for menu in screen.query(OptionList):
+                for index, option in enumerate(menu.options):
+                    menu.replace_option_prompt_at_index(index, option.prompt)
+
     def on_mount(self) -> None:
         """Apply the user's keys; report problems of the settings."""
+        self.theme_changed_signal.subscribe(self, self._recolour)
         config = self._config
         if config is None:
             return

@@ -1,7 +1,10 @@
-"""The themes that gaitsim adds to Textual's."""
+"""The themes that gaitsim adds to Textual's, and colours by their names in a theme."""
 
+from collections.abc import Mapping
 from typing import Any
 
+from rich.style import Style
+from textual.color import Color
 from textual.theme import BUILTIN_THEMES, Theme
 
 from gaitsim.errors import unknown
@@ -52,8 +55,34 @@ OKABE_ITO = _theme(
     border="#3A4650",
 )  # fmt: skip
 
+INKS: Mapping[str, str] = {
+    name: f"${name}"
+    for name in (
+        "primary", "secondary", "accent", "warning", "error", "success", "foreground",
+        "primary-muted",
+    )
+}  # fmt: skip
+"""Styles of texts by variable of the theme, resolved when a text is drawn."""
+
+
+def ink_styles(variables: Mapping[str, str]) -> dict[str, Style]:
+    """Return the styles of a theme that `INKS` names, alone or after 'bold' or 'bold on'."""
+    styles = {}
+    for name, ink in INKS.items():
+        colour = Color.parse(variables[name]).rich_color
+        styles[ink] = Style(color=colour)
+        styles[f"bold {ink}"] = Style(color=colour, bold=True)
+        styles[f"bold on {ink}"] = Style(bgcolor=colour, bold=True)
+    return styles
+
+
 THEMES = (DARK, LIGHT, OKABE_ITO)
 DEFAULT = DARK.name
+
+
+def is_ours(name: str) -> bool:
+    """Return whether gaitsim adds the theme."""
+    return name.startswith("gaitsim-")
 
 
 def check_theme(name: str, *, where: str, key: str = "") -> str:

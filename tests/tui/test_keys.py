@@ -1,8 +1,24 @@
 """Bursts of keys: what is typed while a dialog opens or closes reaches the dialog."""
 
+from collections import defaultdict
+from importlib import import_module
+from pkgutil import walk_packages
+
 import pytest
 from textual.events import Key
+from textual.screen import Screen
+from textual.widget import Widget
 from textual.widgets import Input, TextArea
+
+from gaitsim.tui import screens
+from gaitsim.tui.screens.base import Dialog
+from gaitsim.tui.screens.change_dialog import ChangeDialog
+from gaitsim.tui.screens.damage import JointDialog
+from gaitsim.tui.screens.export_dialog import ExportDialog
+from gaitsim.tui.screens.help import Help, Jump
+from gaitsim.tui.screens.questions import Ask, Choose, Confirm, NoteDialog
+from gaitsim.tui.screens.study_dialog import SWEEP, StudyDialog
+from gaitsim.tui.screens.verify import AskCode, ShowCode
 
 BURST = "nRpSds/xqcf"  # letters that have a meaning on the screens below
 
@@ -10,7 +26,9 @@ BURST = "nRpSds/xqcf"  # letters that have a meaning on the screens below
 def send(app, *keys):
     """Send keys at once, as a fast typist does."""
     for key in keys:
-        app.post_message(Key({"/": "slash"}.get(key, key), key if len(key) == 1 else None))
+        letters = {"slash": "/", "question_mark": "?"}
+        name = {"/": "slash"}.get(key, key)
+        app.post_message(Key(name, letters.get(key, key if len(key) == 1 else None)))
 
 
 def text_of(screen):
@@ -74,3 +92,86 @@ async def test_a_removed_widget_does_not_hold_keys(two, drive):
     async with drive() as driver:
         send(driver.app, "slash", *"one", "escape", "enter", "escape", "p")
         await driver.at("Plugins")
+
+
+MANY = ("RNSDLMB" * 8)[:50]  # capital letters, which close no dialog and act on screens below
+
+
+@pytest.fixture
+def received(monkeypatch):
+    """The keys that each class of screens has received."""
+    keys = defaultdict(str)
+    seen = []  # a screen forwards an event to the focused widget
+
+    def recording(forward):
+        def record(widget, event):
+            if isinstance(event, Key) and event.character and event not in seen:
+                seen.append(event)
+                keys[type(widget.screen).__name__] += event.character
+            return forward(widget, event)
+
+        return record
+
+    for kind in (Widget, Screen):
+        monkeypatch.setattr(kind, "_forward_event", recording(kind._forward_event))
+    return keys
+
+
+DIALOGS = {
+    "Confirm": lambda home: Confirm("Really?", "Yes", danger=True),
+    "Choose": lambda home: Choose("Which?", {"k": "Keep", "s": "Stop"}),
+    "Ask": lambda home: Ask("Name?"),
+    "NoteDialog": lambda home: NoteDialog("one", ""),
+    "ChangeDialog": lambda home: ChangeDialog(home.runs[0].path),
+    "ExportDialog": lambda home: ExportDialog(home.runs[0].path),
+    "StudyDialog": lambda home: StudyDialog(SWEEP),
+    "ShowCode": lambda home: ShowCode("A code", "gaitsim1-abc"),
+    "AskCode": lambda home: AskCode(),
+    "JointDialog": lambda home: JointDialog(["hip"], {}, lambda joint, text: None),
+    "Help": Help,
+    "Jump": Jump,
+}
+
+
+def test_every_dialog_is_in_the_table():
+    for module in walk_packages(screens.__path__, "gaitsim.tui.screens."):
+        import_module(module.name)
+    assert {kind.__name__ for kind in Dialog.__subclasses__()} == {*DIALOGS}
+
+
+@pytest.mark.parametrize("dialog", DIALOGS)
+async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
+    async with drive() as driver:
+        app = driver.app
+        opened = DIALOGS[dialog](driver.screen)
+        app.run_worker(app.push_screen_wait(opened), group="ask")
+        send(app, *MANY)
+        await driver.until(lambda: sum(map(len, received.values())) == len(MANY), 10)
+        await driver.until(lambda: not app.holds_keys)
+        assert received == {dialog: MANY}
+        assert driver.screen is opened
+        if dialog in ("Ask", "NoteDialog", "ChangeDialog", "AskCode"):
+            await driver.until(lambda: text_of(opened) == MANY)
+
+
+@pytest.mark.parametrize(
+    ("opening", "dialog"),
+    [
+        (["e"], "ExportDialog"),
+        (["d"], "Confirm"),
+        (["question_mark"], "Help"),
+        (["ctrl+o"], "Jump"),
+        (["ctrl+p"], "CommandPalette"),
+        (["u", "n"], "StudyDialog"),
+        (["u", "c"], "StudyDialog"),
+        (["n", "slash"], "CommandPalette"),
+    ],
+)
+async def test_dialogs_receive_a_burst_after_their_keys(two, drive, received, opening, dialog):
+    async with drive() as driver:
+        keys = {"question_mark": "?", "slash": "/"}
+        characters = sum(1 for key in opening if len(keys.get(key, key)) == 1)
+        send(driver.app, *opening, *MANY)
+        total = characters + len(MANY)
+        await driver.until(lambda: sum(map(len, received.values())) == total, 15)
+        assert received[dialog] == MANY

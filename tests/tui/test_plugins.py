@@ -4,15 +4,19 @@ from contextlib import asynccontextmanager
 
 import pytest
 from rich.console import Console
+from rich.theme import Theme
 
 from gaitsim.registry import EXPERIMENTS, PLUGINS, entries, options
 from gaitsim.tui.catalogue import read_catalogue
 from gaitsim.tui.screens.plugins import plugin_view
+from gaitsim.tui.themes import INKS, ink_styles
+
+THEME = Theme(ink_styles(dict.fromkeys(INKS, "#00ff00")))
 
 
 def shown(driver):
     """Return the text on the right side."""
-    console = Console(width=400, color_system=None)
+    console = Console(width=400, color_system=None, theme=THEME)
     with console.capture() as capture:
         console.print(driver.screen.query_one("#about-plugin").content)
     return capture.get()
@@ -72,12 +76,11 @@ async def test_options_are_described_in_full(look):
 @pytest.mark.parametrize("width", [46, 84, 150])
 def test_no_width_breaks_a_word(width, puppets):
     catalogue = read_catalogue()
-    colours = {"primary": "#00ff00", "error": "#ff0000"}
     for kind, classes in catalogue.classes.items():
         for name, plugin in classes.items():
-            console = Console(width=width, color_system=None)
+            console = Console(width=width, color_system=None, theme=THEME)
             with console.capture() as capture:
-                console.print(plugin_view(kind, name, catalogue, colours))
+                console.print(plugin_view(kind, name, catalogue, INKS))
             words = {*capture.get().replace("=", " ").split()}
             for option, field in plugin.model_fields.items():
                 cells = option, options.default(field), options.meaning(field)

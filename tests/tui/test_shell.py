@@ -12,7 +12,7 @@ from pkgutil import walk_packages
 
 import pytest
 from textual.binding import Binding
-from textual.widgets import Input, Static
+from textual.widgets import Input
 from textual.widgets._footer import FooterKey
 
 import gaitsim.tui
@@ -142,17 +142,54 @@ class TestHelp:
         async with drive() as driver:
             await driver.press("question_mark")
             await driver.at("Help")
-            keys = driver.screen.query_one("#help-keys", Static).content
-            cells = [[str(cell) for cell in column.cells] for column in keys.columns]
-            assert "home.new" in cells[2]
-            assert "home.compare" not in cells[2]
-            row = cells[2].index("home.delete")
-            assert cells[0][row] == "d del"
-            assert cells[1][row] == "Delete permanently, after a question"
-            assert cells[1][cells[2].index("app.help")] == "Help: show keys and their use"
-            assert cells[1][cells[2].index("home.mark")] == "Mark the run, to act on several"
+            rows = {row.name: row for row in driver.screen._rows}
+            assert not rows["home.new"].reason
+            assert "Mark two" in rows["home.compare"].reason
+            assert rows["home.delete"].keys == ["d", "del"]
+            assert rows["home.delete"].about == "Delete permanently, after a question"
+            assert rows["app.help"].about == "Help: show keys and their use"
+            assert rows["home.mark"].about == "Mark the run, to act on several"
             await driver.press("escape")
             await driver.at("Home")
+
+    @pytest.mark.parametrize(
+        ("action", "screen"),
+        [
+            ("home.plugins", "Plugins"),
+            ("home.open", "Live"),
+            ("home.delete", "Confirm"),
+            ("home.export", "ExportDialog"),
+            ("app.jump", "Jump"),
+            ("home.rename", "Ask"),
+        ],
+    )
+    async def test_a_selected_action_runs(self, walk, drive, action, screen):
+        walk()
+        async with drive() as driver:
+            await self.select(driver, action)
+            await driver.at(screen)
+
+    async def test_every_action_acts_or_says_why_not(self, walk, drive):
+        walk()
+        async with drive() as driver:
+            await driver.press("question_mark")
+            names = [row.name for row in (await driver.at("Help"))._rows if row.reason]
+            assert "home.compare" in names
+            await driver.press("escape")
+            for name in names:
+                before = len(driver.app.notified)
+                await self.select(driver, name)
+                await driver.until(lambda before=before: len(driver.app.notified) > before)
+                await driver.press("escape")
+                await driver.at("Home")
+
+    async def select(self, driver, action):
+        await driver.press("question_mark")
+        screen = await driver.at("Help")
+        screen.query_one("#help-keys").highlighted = [row.name for row in screen._rows].index(
+            action
+        )
+        await driver.press("enter")
 
 
 class TestViKeys:

@@ -8,21 +8,26 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, cast
 
-from textual import work
+from textual import command, work
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.events import Key
-from textual.screen import Screen
+from textual.filter import LineFilter
+from textual.screen import ModalScreen, Screen
+from textual.widgets import Button
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.shell import Shell
+from gaitsim.tui.terminal_output import ContrastFilter
+from gaitsim.tui.themes import is_ours
 from gaitsim.tui.widgets.footer import Footer, Header
 
 if TYPE_CHECKING:
     from gaitsim.individual import Which
 
 T = TypeVar("T")
+Result = TypeVar("Result")
 
 
 class PaletteCommand(NamedTuple):
@@ -31,6 +36,15 @@ class PaletteCommand(NamedTuple):
     title: str
     help: str
     do: Callable[[], object]
+
+
+def _everywhere(app: Shell) -> Iterable[PaletteCommand]:
+    """Yield the commands without keys that all screens and dialogs have."""
+    for name in sorted(app.available_themes, key=lambda name: (not is_ours(name), name)):
+        if name != app.theme and not name.startswith("ansi"):
+            do = partial(app.choose_theme, name)
+            yield PaletteCommand(f"Theme: {name}", "Switch to this theme and keep it", do)
+    yield PaletteCommand("Screenshot", "Save this screen as SVG", app.deliver_screenshot)
 
 
 class Listed(Protocol):
@@ -101,17 +115,10 @@ class GaitScreen(Screen[None]):
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield the available commands that have no key."""
-        app = self.gaitsim
-        for name in sorted(app.available_themes):
-            if name != app.theme and not name.startswith("ansi"):
-                do = partial(app.choose_theme, name)
-                yield PaletteCommand(
-                    f"Theme: {name}", "Switch to this theme and save the choice", do
-                )
         yield PaletteCommand(
             "Verify a code", "Check the score of a pasted challenge code", self.verify_code
         )
-        yield PaletteCommand("Screenshot", "Save this screen as SVG", app.deliver_screenshot)
+        yield from _everywhere(self.gaitsim)
 
     async def may_leave(self) -> bool:
         """Return whether the screen may be closed, after asking or saving where necessary.
@@ -262,6 +269,30 @@ class GaitScreen(Screen[None]):
         if self.is_mounted and self.obstacle(action):
             return False
         return super().check_action(action, parameters)
+
+
+class _Overlay:
+    """A screen through which the one below shows, whose text stays faint."""
+
+    def get_line_filters(self) -> Sequence[LineFilter]:
+        found: Sequence[LineFilter] = super().get_line_filters()  # type: ignore[misc]
+        return [one for one in found if not isinstance(one, ContrastFilter)]
+
+
+class Dialog(_Overlay, ModalScreen[Result]):
+    """A dialog above a screen; the palette offers its actions and buttons."""
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """Yield the available commands that have no key: buttons, themes and the screenshot."""
+        for button in self.query(Button):
+            if not button.disabled:
+                label = str(button.label)
+                yield PaletteCommand(label, f"The button {label}", button.press)
+        yield from _everywhere(cast(Shell, self.app))
+
+
+class CommandPalette(_Overlay, command.CommandPalette):
+    """A palette above a screen or a dialog."""
 
 
 def _screen(name: str, *arguments: object, **options: object) -> Screen[Any]:

@@ -2,7 +2,9 @@
 
 import asyncio
 import shlex
+from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +15,6 @@ from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.events import Key
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, OptionList, Static
 from textual.widgets.option_list import Option
 
@@ -27,6 +28,7 @@ from gaitsim.storage.files.folder import command
 from gaitsim.storage.resume import plan_resume
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.keys import bindings
+from gaitsim.tui.screens.base import Dialog, PaletteCommand
 
 _NEED_DATA = {"enter", "tab"}  # keys that must wait until the data has been read
 DEBOUNCE = 0.15  # seconds without a key before the text is checked
@@ -116,7 +118,9 @@ def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
             found.append(ChangeableOption(f"{section}.{name}", value, about))
     chosen = [
         ChangeableOption(
-            f"{kind}.{PLUGIN}", experiment.entries[kind].name, f"name of a different {kind}"
+            f"{kind}.{PLUGIN}",
+            experiment.entries[kind].name,
+            f"name of a different {kind}" if kind != "organism" else "name of a different body",
         )
         for kind in experiment.kinds
         if kind != "search"  # fixed too
@@ -165,11 +169,11 @@ class ChangeRequest:
     out: Path | None = None
 
 
-class ChangeDialog(ModalScreen[ChangeRequest | None]):
+class ChangeDialog(Dialog[ChangeRequest | None]):
     """Ask for changes of the experiment; return the request, or None.
 
-    The list shows the options whose keys contain the typed word. Enter or Tab on such a word, or
-    Enter in the list, completes it; Enter after a value accepts the changes.
+    The list shows the options whose keys or meanings contain the typed word. Enter or Tab on such
+    a word, or Enter in the list, completes it; Enter after a value accepts the changes.
 
     Args:
         run: folder of the run.
@@ -181,7 +185,6 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
     BINDINGS = bindings("change")
     DEFAULT_CSS = """
     ChangeDialog {
-        & .dialog { width: 90; height: 90%; max-height: 30; }  /* fixed: a click must not miss */
         & OptionList {
             height: 1fr; min-height: 1; margin: 0; padding: 0; border: none; background: $panel;
             text-wrap: nowrap; text-overflow: ellipsis;
@@ -266,6 +269,13 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         else:
             self.dismiss()
 
+    def palette(self) -> Iterable[PaletteCommand]:
+        """Yield a command for each option that can be changed."""
+        for one in self._known:
+            insert = partial(self._insert, one.key)
+            yield PaletteCommand(visible(one.key), visible(f"{one.value}  {one.about}"), insert)
+        yield from super().palette()
+
     @property
     def _texts(self) -> tuple[str, str]:
         return self._input.value, self._folder.value
@@ -292,7 +302,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
                 self._show_message(
                     "Continue typing, or choose an option with ↓"
                     if known
-                    else f"No option contains {words[-1]!r} in its name"
+                    else f"No option contains {words[-1]!r} in its name or meaning"
                 )
                 return
             overrides = parse_assignments(words)
@@ -318,7 +328,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         return next((one for one in self._known if one.key in empty), None)
 
     def _list_matches(self) -> None:
-        """List the options whose keys contain the beginning of the last word."""
+        """List the options that contain the beginning of the last word."""
         wanted = self._word.partition("=")[0]
         if not self._known or wanted == self._matched_word:
             return
@@ -336,10 +346,19 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
                 ),
                 one.key,
             )
-            for one in self._known
-            if wanted in one.key
+            for one in self._matching(wanted)
         )
         self._options.highlighted = 0 if self._options.option_count else None
+
+    def _matching(self, wanted: str) -> list[ChangeableOption]:
+        """Return the options with the word in their keys, then those with it elsewhere."""
+        named = [one for one in self._known if wanted in one.key]
+        described = [
+            one
+            for one in self._known
+            if one not in named and wanted.casefold() in f"{one.value} {one.about}".casefold()
+        ]
+        return named + described
 
     def _show_message(self, text: str, *, wrong: bool = False) -> None:
         self._message.set_class(wrong, "problem")
@@ -365,7 +384,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
 
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
-        self._insert(event.option)
+        self._insert(str(event.option.id))
 
     def _complete(self) -> bool:
         """Complete a word that is part of a key; return whether there was one."""
@@ -373,13 +392,13 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
         highlighted = self._options.highlighted_option
         if not self._word or "=" in self._word or highlighted is None:
             return False
-        self._insert(highlighted)
+        self._insert(str(highlighted.id))
         return True
 
-    def _insert(self, option: Option) -> None:
-        """Replace the key in the typed word by that of an option and keep the value."""
+    def _insert(self, key: str) -> None:
+        """Replace the key in the typed word and keep the value."""
         before, space, word = self._input.value.rpartition(" ")
-        self._input.value = f"{before}{space}{option.id}={word.partition('=')[2]}"
+        self._input.value = f"{before}{space}{key}={word.partition('=')[2]}"
         self._focus_input()
 
     def _focus_input(self) -> None:
@@ -396,7 +415,7 @@ class ChangeDialog(ModalScreen[ChangeRequest | None]):
             self._focus_input()
             await self._input.on_key(event)
         elif event.key == "enter" and (highlighted := self._options.highlighted_option):
-            self._insert(highlighted)
+            self._insert(str(highlighted.id))
         elif event.is_printable and event.character:
             self._focus_input()
             await self._input.on_key(event)

@@ -11,7 +11,6 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.message import Message
 from textual.reactive import reactive
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Label, Select, Static
 
 from gaitsim.errors import GaitsimError
@@ -19,6 +18,7 @@ from gaitsim.legged.damage import Damage
 from gaitsim.render.terminal import plan as drawing
 from gaitsim.render.terminal.plan import Plan
 from gaitsim.tui.keys import bindings
+from gaitsim.tui.screens.base import Dialog
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 Legs = Mapping[str, tuple[str, ...]]
@@ -137,7 +137,7 @@ class BodyPlan(Cells, can_focus=True):
         self.leg = leg
 
 
-class JointDialog(ModalScreen[tuple[str, str] | None]):
+class JointDialog(Dialog[tuple[str, str] | None]):
     """Ask for the damage of a joint; return the joint and the damage as text, '' for none.
 
     Args:

@@ -2,7 +2,8 @@
 
 import asyncio
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -12,7 +13,6 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.content import Content
-from textual.screen import ModalScreen
 from textual.widget import Widget
 from textual.widgets import Button, Input, OptionList, Select, Static
 from textual.widgets.option_list import Option as Row
@@ -30,13 +30,15 @@ from gaitsim.tui.products import (
     forms,
     unavailable_products,
 )
+from gaitsim.tui.screens.base import Dialog, PaletteCommand
+from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.lists import ChoiceList
 
 Answer = tuple[str, ...] | Literal["files"] | None
 
 
-class ExportDialog(ModalScreen[Answer]):
+class ExportDialog(Dialog[Answer]):
     """Ask what to export from a run; return the command's arguments, or 'files' to list files.
 
     Args:
@@ -101,7 +103,7 @@ class ExportDialog(ModalScreen[Answer]):
         at = menu.highlighted
         rows = []
         for group, found in forms().items():
-            heading = f"bold {self.app.theme_variables['secondary']}"
+            heading = f"bold {INKS['secondary']}"
             rows.append(Row(Text(group, heading), disabled=True))
             for product in found:
                 bad = product in self._lacking
@@ -113,6 +115,16 @@ class ExportDialog(ModalScreen[Answer]):
         menu.highlighted = 1 if at is None else at
         if self.focused is None:
             menu.focus()
+
+    def palette(self) -> Iterable[PaletteCommand]:
+        """Yield a command for each product that the run supports."""
+        menu = self.query_one("#products", OptionList)
+        for place, product in enumerate(all_forms()):
+            if product not in self._lacking:
+                choose = partial(setattr, menu, "highlighted", menu.get_option_index(str(place)))
+                about = f"Show the options of 'gaitsim {shlex.join(product.command)}'"
+                yield PaletteCommand(product.title, about, choose)
+        yield from super().palette()
 
     @property
     def _product(self) -> CommandForm:

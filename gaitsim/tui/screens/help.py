@@ -1,27 +1,32 @@
 """The help of a screen, with all its keys, and jump mode, which focuses a widget by a letter."""
 
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
-from rich.style import Style
+from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
-from textual import events
+from textual import events, on
 from textual.app import ComposeResult
-from textual.containers import VerticalScroll
+from textual.binding import Binding
+from textual.containers import Vertical, VerticalScroll
+from textual.dom import DOMNode
 from textual.errors import NoWidget
 from textual.geometry import Region
-from textual.screen import ModalScreen, Screen
+from textual.screen import Screen
 from textual.widget import Widget
-from textual.widgets import Markdown, Static
+from textual.widgets import Markdown, OptionList, Static
 
+from gaitsim.tui.commands import unavailable
 from gaitsim.tui.keys import PREFIX, bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import Dialog, GaitScreen
 
 LETTERS = "asdfghjklqwertyuiopzxcvbnm"  # of jump mode
 
 
-class Help(ModalScreen[None]):
-    """Show the help of a screen.
+class Help(Dialog[None]):
+    """Show the help of a screen; Enter or a click on an action runs it.
 
     Args:
         screen: screen to describe.
@@ -32,52 +37,72 @@ class Help(ModalScreen[None]):
     def __init__(self, screen: Screen[Any]) -> None:
         super().__init__()
         self._text = screen.HELP_TEXT if isinstance(screen, GaitScreen) else ""
-        self._keys = _keys(screen)
+        self._rows = _rows(screen)
 
     def compose(self) -> ComposeResult:
-        with VerticalScroll(classes="dialog", id="help") as scroll:
-            scroll.border_title = "Help"
-            scroll.border_subtitle = "esc: close"
-            yield Static(self._keys, id="help-keys")
-            yield Markdown(self._text.strip())
+        with Vertical(classes="dialog", id="help") as box:
+            box.border_title = "Help"
+            box.border_subtitle = "enter: run the action · tab: text · esc: close"
+            yield OptionList(*_prompts(self._rows), id="help-keys")
+            if self._text:
+                with VerticalScroll(id="help-text"):
+                    yield Markdown(self._text.strip())
 
-    def action_press(self, key: str) -> None:
-        """Close the help and press a key on the screen below."""
+    @on(OptionList.OptionSelected)
+    def _run(self, event: OptionList.OptionSelected) -> None:
+        """Close the help and run an action, or report why it is unavailable."""
+        row = self._rows[event.option_index]
+        if row.reason:
+            self.notify(row.reason, title=row.about, markup=False)
+            return
         self.dismiss()
-        self.call_after_refresh(self.app.simulate_key, key)
+        run = partial(self.app.run_action, row.action, default_namespace=row.node)
+        self.call_after_refresh(run)
 
 
 class _Row(NamedTuple):
-    """An action: its displayed keys, the name of the first key, its meaning and its id."""
+    """An action: its displayed keys, meaning and id, and what runs it or why nothing does."""
 
-    shown: list[str]
-    key: str
+    keys: list[str]
     about: str
     name: str
+    action: str
+    node: DOMNode
+    reason: str = ""
 
 
-def _keys(screen: Screen[Any]) -> Table:
-    """Return a table of actions: keys, meaning, and the id for the config file."""
+def _rows(screen: Screen[Any]) -> list[_Row]:
+    """Return the actions of a screen: its own, those of lists, then Textual's without ids."""
     rows: dict[tuple[str, str], _Row] = {}
-    for _, binding, enabled, tooltip in screen.active_bindings.values():
+    for node, binding, enabled, tooltip in screen.active_bindings.values():
         if enabled and binding.description:
             key = screen.app.get_key_display(binding)
             about = _about(binding.description, tooltip or binding.tooltip)
             row = rows.setdefault(
                 (binding.action, binding.description),
-                _Row([], binding.key, about, binding.id or ""),
+                _Row([], about, binding.id or "", binding.action, node),
             )
-            if key not in row.shown:
-                row.shown.append(key)
-    table = Table(box=None, padding=(0, 2, 0, 0), expand=True)
-    table.add_column("key", style="bold", no_wrap=True)
-    table.add_column("action", ratio=1)
-    table.add_column("id for config.toml", style="dim", no_wrap=True)
-    # The keys of the screen, then those of lists, then those of Textual, which have no ids.
-    for row in sorted(rows.values(), key=lambda row: (not row.name, row.name.startswith(PREFIX))):
-        style = Style(meta={"@click": f"screen.press({row.key!r})"})
-        table.add_row(Text(" ".join(row.shown), style), Text(row.about, style), Text(row.name))
-    return table
+            if key not in row.keys:
+                row.keys.append(key)
+    found = [*rows.values()]
+    if isinstance(screen, GaitScreen):
+        for binding, reason in unavailable(screen, {title for _, title in rows}):
+            keys = [screen.app.get_key_display(one) for one in Binding.make_bindings([binding])]
+            about = _about(binding.description, binding.tooltip)
+            found.append(_Row(keys[:1], about, binding.id or "", "", screen, reason))
+    return sorted(found, key=lambda row: (not row.name, row.name.startswith(PREFIX)))
+
+
+def _prompts(rows: Sequence[_Row]) -> Iterator[Table]:
+    """Yield a line for each action: keys, meaning, and the id for the config file."""
+    width = max((cell_len(" ".join(row.keys)) for row in rows), default=0)
+    for row in rows:
+        line = Table.grid(padding=(0, 2, 0, 0), expand=True)
+        line.add_column(style="dim" if row.reason else "bold", no_wrap=True, width=width)
+        line.add_column(style="dim" if row.reason else "", ratio=1)
+        line.add_column(style="dim", no_wrap=True)
+        line.add_row(Text(" ".join(row.keys)), Text(row.about), Text(row.name))
+        yield line
 
 
 def _about(name: str, more: str) -> str:
@@ -108,7 +133,7 @@ def _visible_region(widget: Widget) -> Region:
     return place.region.intersection(place.clip)
 
 
-class Jump(ModalScreen[Widget | None]):
+class Jump(Dialog[Widget | None]):
     """Show letters on the widgets of a screen; return the chosen widget, as Posting and Amp do.
 
     Args:

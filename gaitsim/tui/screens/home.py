@@ -18,6 +18,7 @@ from gaitsim.choices import STEERING_PRESETS
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
+from gaitsim.tui.themes import INKS
 
 if TYPE_CHECKING:
     from gaitsim.storage.growing import RunsWatcher
@@ -162,8 +163,8 @@ other terminals.
         if empty.display:
             from gaitsim.tui.widgets.run_table import no_runs
 
-            folder, colours = self.gaitsim.folder, self.app.theme_variables
-            empty.update(no_runs(folder, len(self._listed), self.filter, self._problem, colours))
+            folder = self.gaitsim.folder
+            empty.update(no_runs(folder, len(self._listed), self.filter, self._problem, INKS))
         elif self.focused is None:
             self.set_focus(self._table)
         self._title()
@@ -193,7 +194,7 @@ other terminals.
         if run is not None:
             width = max(1, self.size.width - 2)
             assert self._table is not None, "it has the cursor"
-            text = details(run, self.app.theme_variables, width, self._table.scale(run))
+            text = details(run, INKS, width, self._table.scale(run))
             height = len(text.wrap(self.app.console, width))
             # A new layout at each move of the cursor would make it lag.
             panel.update(text, layout=height != self._height)

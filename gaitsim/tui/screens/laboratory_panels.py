@@ -1,6 +1,6 @@
 """Panels of the laboratory: walks of a body, and the trials of an adaptation."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from string import ascii_lowercase
@@ -34,6 +34,7 @@ from gaitsim.render.terminal.text import number, visible, visible_lines
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.screens.damage import Choice, Legs, damage_texts
+from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.member_plot import ArchiveMap
 
@@ -203,7 +204,7 @@ class WalkPane(Vertical):
     def _title(self) -> None:
         width = max(self.size.width - 3, 8)
         first = Text(clip(self._pane_title, width), "bold", no_wrap=True)
-        second = describe_walk(self.walk, self._share, width, self.app.theme_variables)
+        second = describe_walk(self.walk, self._share, width, INKS)
         self._heading.update(Text("\n").join([first, second]))
 
 
@@ -213,7 +214,7 @@ def colour_of(share: float) -> str:
 
 
 def describe_walk(
-    walk: Walk | None, share: float | None, width: int, colours: dict[str, str]
+    walk: Walk | None, share: float | None, width: int, colours: Mapping[str, str]
 ) -> Text:
     """Return the distance in metres, a bar with its share of the intact one, and any fall."""
     text = Text(no_wrap=True, overflow="ellipsis")
@@ -289,7 +290,7 @@ class Trials(Horizontal):
 
     def _list(self, adaptation: Adaptation) -> None:
         self.table.clear()
-        prior, best, colours = adaptation.prior, adaptation.best, self.app.theme_variables
+        prior, best, colours = adaptation.prior, adaptation.best, INKS
         unit = visible(f" {prior.unit}".rstrip())
         for trial in adaptation.trials:
             kept = trial.measured / prior.best

@@ -9,7 +9,7 @@ from typing import NamedTuple, cast
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.command import CommandPalette, DiscoveryHit, Hit, Hits, Provider
+from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import DescendantFocus
@@ -33,7 +33,7 @@ from gaitsim.tui.builder import (
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand
+from gaitsim.tui.screens.base import CommandPalette, GaitScreen, PaletteCommand
 from gaitsim.tui.screens.questions import Ask, Confirm
 from gaitsim.tui.widgets.form import Field, Part, Sections
 

@@ -28,6 +28,7 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.lists import ChoiceList
 from gaitsim.tui.widgets.toml_view import highlight
 
@@ -92,7 +93,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
             )
 
     def _list(self) -> None:
-        menu, colours = self.query_one("#installed", OptionList), self.app.theme_variables
+        menu, colours = self.query_one("#installed", OptionList), INKS
         chosen = menu.highlighted_option
         words = self.query_one("#filter", Input).value.casefold().split()
         self._found = {}
@@ -164,7 +165,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         self.refresh_bindings()
 
     def _view(self, kind: str, name: str) -> RenderableType:
-        claims, colours = self._found[f"{kind} {name}"], self.app.theme_variables
+        claims, colours = self._found[f"{kind} {name}"], INKS
         head = Text.assemble(
             (visible(name), f"bold {colours['primary']}"), f"  {NOUNS.get(kind, kind)}\n"
         )

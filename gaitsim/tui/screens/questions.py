@@ -9,15 +9,15 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import Key
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static, TextArea
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.keys import bindings
+from gaitsim.tui.screens.base import Dialog
 
 
-class Confirm(ModalScreen[bool]):
+class Confirm(Dialog[bool]):
     """Ask a yes-or-no question; return whether the answer was yes.
 
     Args:
@@ -53,7 +53,7 @@ class Confirm(ModalScreen[bool]):
         self.dismiss(event.button.id == "yes")
 
 
-class Choose(ModalScreen[str | None]):
+class Choose(Dialog[str | None]):
     """Ask a question with several answers; return the key of one, or None.
 
     Args:
@@ -93,7 +93,7 @@ class Choose(ModalScreen[str | None]):
             self.dismiss(event.key)
 
 
-class Ask(ModalScreen[str | None]):
+class Ask(Dialog[str | None]):
     """Ask for a line of text, such as a file name; return it, or None.
 
     Args:
@@ -151,7 +151,7 @@ def _heading(question: str, about: str) -> Iterator[Static]:
         yield Static(Text(visible_lines(about)), classes="dialog-about")
 
 
-class NoteDialog(ModalScreen[str | None]):
+class NoteDialog(Dialog[str | None]):
     """Edit a note; return it, or None to leave it unchanged.
 
     Args:

@@ -22,6 +22,7 @@ from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.study_dialog import COMPARISON, SWEEP, StudyDialog
 from gaitsim.tui.screens.tasks import BAR, progress_bar
 from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.lists import FileTable, OpenTable
 
 EVERY = 1.0  # seconds between two scans of the folders
@@ -146,7 +147,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         part = 1.0 if one.state == "finished" else part
         return (
             Text(one.kind),
-            Text(state, self.app.theme_variables[colour]),
+            Text(state, INKS[colour]),
             Text("" if part is None else progress_bar(part)),
             Text(ago(self.gaitsim.clock() - one.changed)),
             Text(clip_name(one.path.name, self._name_width)),
@@ -161,7 +162,7 @@ Both run in the background. **Open** shows tables, intervals, tests and files.
         if one is None:
             self.refresh_bindings()
             return
-        colours, task = self.app.theme_variables, self._latest_task(one.path)
+        colours, task = INKS, self._latest_task(one.path)
         lines = [Text(visible(str(one.path)), "bold")]
         if one.description:
             lines.append(Text(visible(one.description)))

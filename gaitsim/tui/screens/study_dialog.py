@@ -8,7 +8,6 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Button, Input, Static
 
 from gaitsim.actions.compare import CompareExperiments
@@ -19,13 +18,14 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import Option
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.products import CommandForm, default
+from gaitsim.tui.screens.base import Dialog
 from gaitsim.tui.widgets.form import Field
 
 SWEEP = CommandForm("New study", ("study",), RunStudy)
 COMPARISON = CommandForm("New comparison", ("compare",), CompareExperiments)
 
 
-class StudyDialog(ModalScreen[tuple[str, ...] | None]):
+class StudyDialog(Dialog[tuple[str, ...] | None]):
     """Ask for the options of a study or a comparison; return the arguments of the command.
 
     Args:

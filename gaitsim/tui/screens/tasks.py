@@ -16,6 +16,7 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.lists import FileTable, OpenTable
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
@@ -101,7 +102,7 @@ with several files opens their list.
         self.refresh_bindings()
 
     def _show(self, task: Task) -> None:
-        colours = self.app.theme_variables
+        colours = INKS
         lines = [Text(f"$ {visible(task.command)}", style=colours["secondary"])]
         lines += map(Text, task.output)
         lines += [Text(line, style=colours["warning"]) for line in task.notices]

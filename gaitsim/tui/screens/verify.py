@@ -5,7 +5,6 @@ from pathlib import Path
 from rich.text import Text
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.screen import ModalScreen
 from textual.widgets import Button, Static, TextArea
 
 from gaitsim.errors import GaitsimError
@@ -14,9 +13,10 @@ from gaitsim.render.terminal.text import duration, visible, visible_lines
 from gaitsim.sharing.challenge import Challenge, code_of
 from gaitsim.storage.files.folder import command
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import Dialog, GaitScreen
 from gaitsim.tui.screens.tasks import GLYPHS, bar
 from gaitsim.tui.tasks import Task, TaskChanged
+from gaitsim.tui.themes import INKS
 
 VERB, ALL = "verify", "--all"
 LONGEST = 100_000  # maximum number of characters in a command's argument
@@ -86,7 +86,7 @@ Verification continues in the background when you leave the screen; return to se
     def _show(self) -> None:
         task = self._job
         assert task is not None
-        colours = self.app.theme_variables
+        colours = INKS
         glyph, word, colour = _verdict(task)
         state = Text(f"{glyph} {word}", f"bold {colours[colour]}")
         parts = [bar(task)] if task.running and bar(task) else []
@@ -139,7 +139,7 @@ def _verdict(task: Task) -> tuple[str, str, str]:
     return (GLYPHS[task.state], *words[task.state])
 
 
-class ShowCode(ModalScreen[None]):
+class ShowCode(Dialog[None]):
     """Show a code and copy it to the clipboard.
 
     Args:
@@ -175,7 +175,7 @@ class ShowCode(ModalScreen[None]):
         self.notify(f"{len(self._code):,} characters", title="Copied", markup=False)
 
 
-class AskCode(ModalScreen[str | None]):
+class AskCode(Dialog[str | None]):
     """Ask for a text with a challenge code; return the code on one line, or None."""
 
     BINDINGS = bindings("code ask")

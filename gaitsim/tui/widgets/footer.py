@@ -70,9 +70,6 @@ def fit_items(items: Sequence[Item], palette: Item | None, width: int) -> list[I
     width -= _LINE * len(ends)
     if _width([*items, *ends]) <= width:
         return [*items, *ends]
-    ends = [end._replace(text="") for end in ends]
-    if _width([*items, *ends]) <= width:
-        return [*items, *ends]
     has_help = any(item.binding.id == "app.help" for item in items)
     kept = [_labelled_more(item) if item.binding.id == "app.help" else item for item in items]
     if not has_help:
@@ -84,6 +81,8 @@ def fit_items(items: Sequence[Item], palette: Item | None, width: int) -> list[I
             for item in kept
             if item.binding.description != omitted or item.binding.id in _NEVER_OMITTED
         ]
+    if len(kept) == len(items) or _width([*kept, *ends]) > width:
+        ends = [end._replace(text="") for end in ends]
     return [*kept, *ends]
 
 

@@ -20,6 +20,7 @@ from gaitsim.render.terminal.text import age, ago, duration, number, visible, vi
 from gaitsim.storage.overview import Overview
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
+from gaitsim.tui.themes import INKS
 
 STATES = {
     "running": ("● running", "success"),
@@ -244,7 +245,7 @@ class RunTable(DataTable[Text]):
         match column.name:
             case "run":
                 marked = run.path in self.marked
-                mark = (MARK, self.app.theme_variables["primary"]) if marked else (NO_MARK, "dim")
+                mark = (MARK, INKS["primary"]) if marked else (NO_MARK, "dim")
                 name = clip_name(run.name, width - len(MARK))
                 return Text.assemble(mark, (name, "bold"), no_wrap=True)
             case "body" | "fitness":
@@ -255,10 +256,10 @@ class RunTable(DataTable[Text]):
                 text = "" if run.best is None else number(run.best, 4)
             case "curve":
                 text = _sparkline(run.curve, width, self.scale(run))
-                style = self.app.theme_variables["primary"]
+                style = INKS["primary"]
             case "state":
                 text, colour = STATES[run.state]
-                style = self.app.theme_variables[colour]
+                style = INKS[colour]
             case _:
                 text = (ago if width >= COLUMNS["changed"].width + 2 else age)(now - run.changed)
         return _text(clip(text, width), style, right=column.right)

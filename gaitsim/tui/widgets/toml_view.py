@@ -6,6 +6,8 @@ from textual.containers import ScrollableContainer
 from textual.geometry import Region
 from textual.widgets import Static
 
+from gaitsim.tui.themes import INKS
+
 AROUND = 2  # minimum lines shown above and below the marked one
 
 
@@ -38,7 +40,7 @@ class TomlView(ScrollableContainer):
         if not self._toml:
             return
         at = line_of(self._toml, key)
-        colours = self.app.theme_variables
+        colours = INKS
         text = highlight(self._toml, colours["primary"], colours["secondary"])
         if at is not None:
             start = sum(len(line) + 1 for line in self._toml.splitlines()[:at])
