@@ -1,22 +1,20 @@
 """The command palette, which finds all actions by name or synonym."""
 
 import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
 
 from textual.binding import Binding
 from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.content import Content
-from textual.dom import DOMNode
 
-from gaitsim.tui.keys import NAMED, PREFIX
-from gaitsim.tui.screens.base import Dialog, GaitScreen
+from gaitsim.tui.keys import NAMED
+from gaitsim.tui.screens.base import Dialog, GaitScreen, declared_keys, is_command, unavailable
 from gaitsim.tui.themes import is_ours
 
 DIM = 0.7  # factor on the scores of unavailable commands
 SYNONYM = 0.9  # factor on the scores of synonyms
-NOT_NOW = "Not available now."
 CLOSE_FIRST = "Close this dialog first (esc)."
 
 
@@ -44,7 +42,7 @@ class Commands(Provider):
         screen, app = self.screen, self.app
         seen: set[str] = set()
         for node, binding, enabled, tooltip in screen.active_bindings.values():
-            if not enabled or not _is_command(binding) or binding.id in seen:
+            if not enabled or not is_command(binding) or binding.id in seen:
                 continue
             seen.add(binding.id or "")
             about = f"{tooltip or binding.tooltip}  ({app.get_key_display(binding)})"
@@ -66,7 +64,7 @@ class Commands(Provider):
         if isinstance(screen, Dialog):
             stack = self.app.screen_stack
             below = stack[stack.index(screen) - 1]
-            for binding in (*_declared(self.app), *_declared(below)):
+            for binding in (*declared_keys(self.app), *declared_keys(below)):
                 if binding.description not in titles:
                     titles.add(binding.description)
                     words = NAMED[binding.id or ""].synonyms
@@ -109,17 +107,6 @@ class Commands(Provider):
                 yield Hit(score, shown, do, title, escape_markup(about))
 
 
-def unavailable(screen: GaitScreen, titles: Collection[str]) -> Iterator[tuple[Binding, str]]:
-    """Yield the unavailable keys of a screen with reasons, except those with one of the titles."""
-    seen = {*titles}
-    for node in (screen.focused or screen).ancestors_with_self:
-        for binding in _declared(node):
-            if binding.description not in seen and binding.action != "back":
-                seen.add(binding.description)
-                why = NAMED[binding.id or ""].why
-                yield binding, screen.obstacle(binding.action) or why or NOT_NOW
-
-
 def escape_markup(text: str) -> str:
     """Escape a string for the palette, which interprets markup."""
     return text.replace("[", "\\[")
@@ -134,16 +121,3 @@ def _score(query: str, text: str) -> float:
     if not wanted or not all(any(word.startswith(one) for word in words) for one in wanted):
         return 0.0
     return 2 * (len(query) + 1) * (2.0 if words.issuperset(wanted) else 1.5)
-
-
-def _is_command(binding: Binding) -> bool:
-    """Return whether a binding is a command, unlike arrow keys, tab and the keys of lists."""
-    return bool(binding.id and binding.description) and not (binding.id or "").startswith(PREFIX)
-
-
-def _declared(node: DOMNode) -> Iterator[Binding]:
-    """Yield the commands that a widget, a screen or the app declares, available or not."""
-    for kind in type(node).__mro__:
-        for binding in kind.__dict__.get("BINDINGS", ()):
-            if isinstance(binding, Binding) and _is_command(binding):
-                yield binding

@@ -17,10 +17,10 @@ from textual.widgets._footer import FooterKey
 
 import gaitsim.tui
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.commands import NOT_NOW, Commands, escape_markup
+from gaitsim.tui.commands import Commands, escape_markup
 from gaitsim.tui.config import find_problems, read_config
 from gaitsim.tui.keys import ACTIONS, NAMED, bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import NOT_NOW, GaitScreen
 from gaitsim.tui.screens.help import targets
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm

@@ -2,7 +2,7 @@
 
 import asyncio
 import json
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, 
 from textual import command, work
 from textual.app import ComposeResult
 from textual.binding import Binding
+from textual.dom import DOMNode
 from textual.events import Key
 from textual.filter import LineFilter
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Button
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.keys import bindings
+from gaitsim.tui.keys import NAMED, PREFIX, bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.terminal_output import ContrastFilter
 from gaitsim.tui.themes import is_ours
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 Result = TypeVar("Result")
+NOT_NOW = "Not available now."
 
 
 class PaletteCommand(NamedTuple):
@@ -293,6 +295,30 @@ class Dialog(_Overlay, ModalScreen[Result]):
 
 class CommandPalette(_Overlay, command.CommandPalette):
     """A palette above a screen or a dialog."""
+
+
+def unavailable(screen: GaitScreen, titles: Collection[str]) -> Iterator[tuple[Binding, str]]:
+    """Yield the unavailable keys of a screen with reasons, except those with one of the titles."""
+    seen = {*titles}
+    for node in (screen.focused or screen).ancestors_with_self:
+        for binding in declared_keys(node):
+            if binding.description not in seen and binding.action != "back":
+                seen.add(binding.description)
+                why = NAMED[binding.id or ""].why
+                yield binding, screen.obstacle(binding.action) or why or NOT_NOW
+
+
+def is_command(binding: Binding) -> bool:
+    """Return whether a binding is a command, unlike arrow keys, tab and the keys of lists."""
+    return bool(binding.id and binding.description) and not (binding.id or "").startswith(PREFIX)
+
+
+def declared_keys(node: DOMNode) -> Iterator[Binding]:
+    """Yield the commands that a widget, a screen or the app declares, available or not."""
+    for kind in type(node).__mro__:
+        for binding in kind.__dict__.get("BINDINGS", ()):
+            if isinstance(binding, Binding) and is_command(binding):
+                yield binding
 
 
 def _screen(name: str, *arguments: object, **options: object) -> Screen[Any]:

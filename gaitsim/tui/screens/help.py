@@ -18,9 +18,8 @@ from textual.screen import Screen
 from textual.widget import Widget
 from textual.widgets import Markdown, OptionList, Static
 
-from gaitsim.tui.commands import unavailable
 from gaitsim.tui.keys import PREFIX, bindings
-from gaitsim.tui.screens.base import Dialog, GaitScreen
+from gaitsim.tui.screens.base import Dialog, GaitScreen, unavailable
 
 LETTERS = "asdfghjklqwertyuiopzxcvbnm"  # of jump mode
 
