@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from textual import work
 from textual.command import Provider
+from textual.notifications import SeverityLevel
 from textual.screen import Screen
 from textual.types import CSSPathType
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
 from gaitsim.tui.keys import bindings
+from gaitsim.tui.run_ends import RunEnd, RunEnds, desktop_notification, processes_in
 from gaitsim.tui.screens.base import CommandPalette, GaitScreen
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.shell import Shell
@@ -21,6 +23,7 @@ from gaitsim.tui.shell import Shell
 if TYPE_CHECKING:
     from gaitsim.tui.screens.questions import Choose
 
+PERIOD = 1.0  # seconds between two checks for the ends of background runs
 PATIENCE = 10.0  # seconds to wait for a run to finish its generation
 NAMES = 5  # maximum number of runs to name
 
@@ -52,6 +55,7 @@ class GaitsimApp(Shell):
     ) -> None:
         super().__init__(folder, **settings)
         self._first = first
+        self._ends, self._looking = RunEnds(folder), asyncio.Lock()
 
     def get_default_screen(self) -> Screen[None]:
         """Return the first screen."""
@@ -91,6 +95,25 @@ class GaitsimApp(Shell):
             return bool(self.tasks.all) and not self.screen.query("#tasks")
         return super().check_action(action, parameters)
 
+    def on_mount(self) -> None:
+        """Watch the background runs."""
+        self.set_interval(PERIOD, self._look_for_ends)
+
+    @work(group="ends")
+    async def _look_for_ends(self) -> None:
+        """Report the background runs that have ended."""
+        if self._looking.locked():
+            return
+        async with self._looking:
+            for end in await asyncio.to_thread(self._ends.poll):
+                self._report_end(end)
+
+    def _report_end(self, end: RunEnd) -> None:
+        severity: SeverityLevel = "error" if end.failed else "information"
+        self.notify(end.text, title=end.title, severity=severity, markup=False, timeout=10)
+        if self.notifies_desktop and self._driver is not None and not self.is_headless:
+            self._driver.write(desktop_notification(f"{end.title}: {end.text}"))
+
     @work(group="leaving", exclusive=True)
     async def action_quit(self) -> None:  # type: ignore[override]
         """Quit, if all screens may be closed and the user agrees."""
@@ -114,7 +137,7 @@ class GaitsimApp(Shell):
             about = "\n".join(task.command for task in running)
             if not await self.push_screen_wait(Confirm("Stop the running tasks?", "Stop", about)):
                 return False
-        evolving = await asyncio.to_thread(_evolving_in, self.folder)
+        evolving = [one.run for one in await asyncio.to_thread(processes_in, self.folder)]
         answer = await self.push_screen_wait(_question(evolving)) if evolving else "k"
         if answer is None:
             return False
@@ -135,14 +158,6 @@ def _question(runs: Sequence[Path]) -> "Choose":
     )
     answers = {"k": "Keep evolving", "s": "Stop and save"}
     return Choose(f"Quit? Runs in the background: {names}", answers, about)
-
-
-def _evolving_in(folder: Path) -> list[Path]:
-    """Return the runs of a folder that evolve in the background."""
-    from gaitsim.storage.background import background_processes
-
-    whole = folder.resolve()
-    return [one.run for one in background_processes() if whole in one.run.parents]
 
 
 def _stop(run: Path) -> None:

@@ -1,4 +1,4 @@
-"""The user's settings: `config.toml` with a theme, and keys by the ID of their action.
+"""The user's settings: `config.toml` with a theme, notifications, and keys by their action.
 
 Invalid settings are reported and ignored; the valid ones apply.
 """
@@ -13,7 +13,14 @@ from pkgutil import walk_packages
 from string import punctuation
 from typing import Annotated, Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, StringConstraints, ValidationError
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    StrictBool,
+    StringConstraints,
+    ValidationError,
+)
 from textual.app import App
 from textual.binding import Binding
 from textual.dom import DOMNode
@@ -44,12 +51,14 @@ class Config:
     Attributes:
         path: settings file.
         theme: name of the chosen theme; None without a choice.
+        notify: whether the end of a background run rings the bell and notifies the desktop.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
         problems: problems of the file.
     """
 
     path: Path
     theme: str | None = None
+    notify: bool = True
     keys: Mapping[str, str] = field(default_factory=dict)
     problems: tuple[GaitsimError, ...] = ()
 
@@ -73,6 +82,7 @@ Key = Annotated[str, StringConstraints(strip_whitespace=True, min_length=1)]
 class _Tui(BaseModel):
     model_config = ConfigDict(extra="forbid")
     theme: str | None = None
+    notify: StrictBool = True
 
 
 class _File(BaseModel):
@@ -85,6 +95,7 @@ _ALLOWED = {
     "tui": "a section [tui]",
     "keys": "a section [keys]",
     "tui.theme": "the name of a theme in quotes",
+    "tui.notify": "true or false",
 }
 
 
@@ -115,7 +126,7 @@ def read_config(path: Path) -> Config:
     except GaitsimError as error:
         problems.append(error)
         theme = None
-    return Config(path, theme, found.keys, tuple(problems))
+    return Config(path, theme, found.tui.notify, found.keys, tuple(problems))
 
 
 def _read(path: Path) -> str:

@@ -134,6 +134,11 @@ class Shell(ViKeys):
 
     # The terminal
 
+    @property
+    def notifies_desktop(self) -> bool:
+        """Whether the user wants desktop notifications."""
+        return self._config is None or self._config.notify
+
     def get_driver_class(self) -> type[Driver]:
         """Return a driver that sends only changed cells."""
         self.mirror = TerminalMirror()

@@ -40,8 +40,11 @@ class TestRead:
         assert read_config(tmp_path / "none.toml") == Config(tmp_path / "none.toml")
 
     def test_theme_and_keys(self, read):
-        found = read('[tui]\ntheme = "nord"\n[keys]\nhome.delete = "x"\n"home.new" = "a, b"\n')
-        assert found.theme == "nord"
+        found = read(
+            '[tui]\ntheme = "nord"\nnotify = false\n[keys]\nhome.delete = "x"\n'
+            '"home.new" = "a, b"\n'
+        )
+        assert (found.theme, found.notify) == ("nord", False)
         assert found.keys == {"home.delete": "x", "home.new": "a, b"}
         assert not found.problems
 
@@ -54,13 +57,20 @@ class TestRead:
 
     @pytest.mark.parametrize(
         "text",
-        ["tui = 3", "keys = 'x'", "[tui]\ntheme = 1", "[keys]\nhome.new = 1", "[keys]\nx = ''"],
+        [
+            "tui = 3",
+            "keys = 'x'",
+            "[tui]\ntheme = 1",
+            "[tui]\nnotify = 'no'",
+            "[keys]\nhome.new = 1",
+            "[keys]\nx = ''",
+        ],
     )
     def test_a_value_of_the_wrong_type_is_reported(self, read, text):
         found = read(text)
         [problem] = found.problems
         assert problem.what.startswith(f"invalid {problem.key}: ")
-        assert problem.key in ("tui", "keys", "tui.theme", "keys.home.new", "keys.x")
+        assert problem.key in ("tui", "keys", "tui.theme", "tui.notify", "keys.home.new", "keys.x")
         assert (found.theme, found.keys) == (None, {})
 
     def test_invalid_toml_is_reported(self, read):
