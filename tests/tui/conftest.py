@@ -9,6 +9,7 @@ from textual.css.stylesheet import Stylesheet
 from waiting import app_until
 
 from gaitsim.tui.app import GaitsimApp
+from gaitsim.tui.config import read_config
 
 # Waiting for an idle app takes a second while something moves; shorter intervals avoid this.
 _wait.SLEEP_GRANULARITY = 1 / 200
@@ -90,6 +91,18 @@ class Driver:
 
 _NAMES = {" ": "space", "[": "left_square_bracket", "]": "right_square_bracket", ".": "full_stop"}
 _NAMES |= {"-": "minus", "/": "slash", "_": "underscore"}
+
+
+@pytest.fixture
+def config(here):
+    """Return a function that reads settings from a text."""
+
+    def config(text):
+        path = here / "config.toml"
+        path.write_text(text)
+        return read_config(path)
+
+    return config
 
 
 @pytest.fixture

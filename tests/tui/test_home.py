@@ -15,10 +15,12 @@ from gaitsim.live.process import background_state, start_detached
 from gaitsim.render.terminal.text import ago, duration, number
 from gaitsim.storage import growing
 from gaitsim.storage.lock import RunLock, is_locked
-from gaitsim.storage.manage import read_note
+from gaitsim.storage.manage import list_trash, read_note, read_tags, write_tags
+from gaitsim.storage.query import value_of
+from gaitsim.storage.views import read_views
 from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens.home import Home
-from gaitsim.tui.widgets.run_table import COLUMNS, MARK, NARROW, NO_MARK, columns
+from gaitsim.tui.widgets.run_table import MARK, NARROW, NO_MARK, layout
 
 SIZES = [(80, 24), (160, 48)]
 
@@ -26,7 +28,9 @@ SIZES = [(80, 24), (160, 48)]
 def cells(driver):
     """Return the table as a list of rows of text."""
     table = driver.screen.query_one("#runs")
-    return [[cell.plain for cell in table.get_row_at(row)] for row in range(table.row_count)]
+    return [
+        [cell.plain.strip() for cell in table.cells(row)] for row in table.rows if table.columns
+    ]
 
 
 def rows(driver):
@@ -72,14 +76,15 @@ class TestTable:
             assert row[0] == "walk"
             assert {"puppet", "3/5", "■ stopped"} <= set(row)
             table = driver.screen.query_one("#runs")
-            assert table.virtual_size.width <= table.size.width
+            assert sum(width + 2 for width in table.columns.values()) < table.size.width
             assert ("puppet-reach" in row) == (size[0] > 100)
 
-    def test_the_cells_fit_their_columns_at_any_width(self):
-        for width in range(80, 300):
-            found = columns(width)
-            assert sum(cells + 2 for _, cells in found) <= width - 1
-            assert [column.name for column, _ in found] in ([*NARROW], [*COLUMNS])
+    def test_the_columns_fit_the_table_at_any_width(self):
+        for width in range(20, 300):
+            found = layout(width, tagged=True)
+            assert sum(cells + 2 for cells in found.values()) <= width - 1
+            assert width < 80 or {*NARROW, "curve"} <= {*found}
+            assert ("tag" in found) == (width >= 120)
 
     async def test_an_empty_folder_shows_how_to_create_a_run(self, here, drive):
         async with drive() as driver:
@@ -123,12 +128,12 @@ class TestTable:
             assert f"curve from {low} to {high}" in driver.text("#details")
 
     async def test_long_names_keep_their_ends(self, walk, drive):
-        walk("walker-rough-2")
-        walk("walker-rough-3")
+        walk("a-walker-rough-2")
+        walk("a-walker-rough-3")
         async with drive() as driver:
-            assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
+            assert names(driver) == ["a-walke…ough-3", "a-walke…ough-2"]
             await driver.press("space")
-            assert sorted(names(driver)) == ["walker…ugh-2", "walker…ugh-3"]
+            assert names(driver) == ["a-walke…ough-3", "a-walke…ough-2"]
             assert marks(driver) == [True, False]
 
 
@@ -148,7 +153,7 @@ class TestFollowing:
         walk("b")
         async with drive() as driver:
             await driver.press("s")  # by name, the first column, after the last one
-            while driver.screen.query_one("#runs").order != "run":
+            while driver.screen.query_one("#runs").view.sort != "name":
                 await driver.press("s")
             for name in ("a", "c"):
                 walk(name)
@@ -233,13 +238,117 @@ class TestSortingAndFiltering:
         async with drive() as driver:
             assert names(driver) == ["three", "two", "one"]
             table = driver.screen.query_one("#runs")
-            for name in ("generation", "run", "changed"):
+            for name in ("generation", "name", "age"):
                 table.sort_by(name)
-                shown = [COLUMNS[name].sort(run) for run in table.shown]
-                assert shown == sorted(shown, reverse=name != "run")
+                shown = [value_of(run, name) for run in table.shown]
+                assert shown == sorted(shown, reverse=name == "generation")
                 before = names(driver)
                 await driver.press("S")
                 assert names(driver) == before[::-1]
+
+    async def test_a_query_selects_runs_and_an_invalid_word_is_reported(self, three, drive):
+        write_tags(Path("runs/two"), ["good"])
+        async with drive() as driver:
+            home = driver.screen
+            await driver.press("slash")
+            for query, found, problem in (
+                ("generation>2", ["three", "one"], ""),
+                ("name:t generation>", ["three", "two"], "is not a number"),
+                ("name:t generation>1 evolution.x:1", ["three"], "unknown key"),
+                ("-tag:good", ["three", "one"], ""),
+                ("state:nowhere", ["three", "two", "one"], "unknown state"),
+                ("tag:good", ["two"], ""),
+            ):
+                home.query_one("#filter").value = query
+                await driver.until(lambda query=query: home.filter == query)
+                assert names(driver) == found
+                line = home.query_one("#filter-problem")
+                assert (problem in str(line.render())) if problem else not line.display
+            assert "1 of 3 runs" in home.sub_title
+            await driver.press("enter", "escape")
+            assert "3 runs" in home.sub_title
+
+    async def test_groups_have_headings_with_a_count_and_the_best_score(self, three, drive):
+        write_tags(Path("runs/two"), ["good", "paper"])
+        async with drive() as driver:
+            table = driver.screen.query_one("#runs")
+            await driver.press(*"bbbb")
+            assert names(driver) == [
+                *("▾ no tag 2", "three", "one"),
+                *("▾ good 1", "two"),
+                *("▾ paper 1", "two"),
+            ]
+            best = max(run.best for run in table.shown if not run.tags)
+            assert number(best, 4) in cells(driver)[0]
+            assert table.run.name == "three"
+            await driver.press("up")
+            assert table.run is None
+            assert not driver.screen.query_one("#details").display
+            assert "home.replay" not in driver.offered()
+            assert {"home.delete", "home.tag"} <= driver.offered()
+            await driver.press("space")
+            assert {path.name for path in table.marked} == {"three", "one"}
+            await driver.press("up", "space", "b")
+            assert not table.marked
+            assert names(driver) == ["three", "two", "one"]
+
+    async def test_columns_are_chosen_ordered_and_remembered(self, three, drive, config):
+        settings = config("")
+        async with drive(config=settings, size=(110, 34)) as driver:
+            await driver.press("C")
+            asked = await driver.at("ColumnsDialog")
+            await driver.press("down", "enter", "down")  # without the body
+            await driver.press("less_than_sign", "tab")
+            await driver.type("evolution.pop")
+            await driver.press("right")
+            assert asked.query_one("#other", Input).value == "evolution.population"
+            await driver.press("enter")
+            asked.query_one("#other", Input).value = "evolution.popolation"
+            await driver.press("enter")
+            assert "did you mean 'evolution.population'?" in driver.text("#ask-problem")
+            await driver.press("ctrl+s")
+            await driver.at("Home")
+            table = driver.screen.query_one("#runs")
+            wanted = ["name", "generation", "fitness", "score", "state", "age"]
+            assert [*table.view.columns] == [*wanted, "evolution.population"]
+            population = table.run.options["evolution.population"]
+            await driver.until(lambda: str(population) in rows(driver)[0])
+            table.sort_by("evolution.population")
+            await driver.press("b")
+        async with drive(config=settings, size=(110, 34)) as driver:
+            view = driver.screen.query_one("#runs").view
+            assert view.columns[-1] == "evolution.population"
+            assert view.group == "body"
+            await driver.press("C")
+            await driver.at("ColumnsDialog")
+            await driver.press("u")
+            await driver.at("Home")
+            assert not driver.screen.query_one("#runs").view.columns
+
+    async def test_views_are_saved_chosen_and_deleted(self, three, drive, config):
+        async with drive(config=config("")) as driver:
+            home = driver.screen
+            await driver.press("slash")
+            await driver.type("one")
+            await driver.press("enter", "O")
+            await driver.at("Ask")
+            await driver.type("mine")
+            await driver.press("enter")
+            await driver.until(lambda: "view mine" in home.sub_title)
+            await driver.press("o")
+            await driver.at("PickView")
+            await driver.press("enter")
+            await driver.until(lambda: len(names(driver)) == 3)
+            assert any(command.title == "View: mine" for command in home.palette())
+            await driver.press("o")
+            await driver.at("PickView")
+            await driver.press("down", "enter")
+            await driver.until(lambda: names(driver) == ["one"])
+            assert "1 of 3 runs" in home.sub_title
+            await driver.press("o")
+            await driver.at("PickView")
+            await driver.press("down", "x")
+            await driver.until(lambda: "mine" not in read_views()[0])
 
     async def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
         async with drive() as driver:
@@ -271,14 +380,23 @@ class TestDeleting:
         async with drive() as driver:
             await driver.press("d")
             await driver.at("Confirm")
-            await driver.press("enter")  # "Cancel" has the focus
+            await driver.press("escape")
             await driver.at("Home")
             assert path.exists()
             await driver.press("d")
-            await driver.at("Confirm")
+            asked = await driver.at("Confirm")
+            texts = [str(one.render()) for one in asked.query(Static)]
+            assert texts[0] == "Delete the run walk?"
+            assert "It moves to the trash for 30 days: z restores" in texts[1]
+            assert asked.query_one(".dialog").border_subtitle == "y: delete · n or esc: cancel"
             await driver.press("y")
             await driver.until(lambda: not path.exists())
             await driver.until(lambda: driver.screen.query_one("#empty").display)
+            assert "home.undo" in driver.offered()
+            await driver.press("z")
+            await driver.until(lambda: names(driver) == ["walk"])
+            assert path.exists()
+            assert "home.undo" not in driver.offered()
 
     async def test_marked_runs_are_deleted_after_one_question_except_live_ones(self, walk, drive):
         for name in ("a", "b", "c", "kept"):
@@ -310,6 +428,74 @@ class TestDeleting:
             assert isinstance(driver.screen, Home)
             assert "stop it first" in driver.notifications()
         lock.release()
+
+    async def test_the_trash_lists_runs_and_restores_or_deletes_them(self, walk, drive):
+        for name in ("a", "b"):
+            walk(name, 0)
+        async with drive() as driver:
+            await driver.press("Z")
+            await driver.until(lambda: "The trash is empty" in driver.notifications())
+            await driver.press("a", "d")
+            await driver.at("Confirm")
+            await driver.press("y")
+            await driver.until(lambda: not driver.screen.listed())
+            await driver.press("Z")
+            await driver.at("PickTrashed")
+            await driver.press("enter")
+            await driver.until(lambda: len(list_trash(Path("runs"))) == 1)
+            await driver.until(lambda: driver.app.screen.query("#items"))
+            await driver.press("x")
+            await driver.at("Confirm")
+            await driver.press("y")
+            await driver.until(lambda: not list_trash(Path("runs")))
+            await driver.until(lambda: len(names(driver)) == 1)
+            assert "home.undo" not in driver.offered()
+
+
+class TestMarks:
+    async def test_ranges_all_and_the_others_are_marked(self, walk, drive):
+        for name in "abcde":
+            walk(name, 0)
+        async with drive() as driver:
+            table = driver.screen.query_one("#runs")
+            await driver.press("space", "down", "V")
+            assert marks(driver) == [True, True, True, False, False]
+            assert "3 marked" in driver.screen.sub_title
+            await driver.press("i")
+            assert marks(driver) == [False, False, False, True, True]
+            await driver.press("a")
+            assert all(marks(driver))
+            await driver.press("A")
+            assert not table.marked
+            await driver.press("space", "escape")
+            assert not table.marked
+            await driver.pilot.click("#runs", offset=(20, 1), control=True)
+            await driver.pilot.click("#runs", offset=(20, 4), shift=True)
+            assert marks(driver) == [True, True, True, True, False]
+
+    async def test_tags_of_all_marked_runs_are_edited_and_restored(self, walk, drive):
+        a, b = walk("a", 0), walk("b", 0)
+        write_tags(a, ["old", "good"])
+        async with drive() as driver:
+            await driver.press("a", "T")
+            asked = await driver.at("Ask")
+            assert "good (1)" in "".join(str(one.render()) for one in asked.query(Static))
+            asked.query_one(Input).value = "+new old"
+            await driver.press("enter")
+            assert "cannot be mixed" in driver.text("#ask-problem")
+            asked.query_one(Input).value = "+new -old"
+            await driver.press("enter")
+            await driver.until(lambda: read_tags(b) == ("new",))
+            assert read_tags(a) == ("good", "new")
+            await driver.until(lambda: "tags good, new" in driver.text("#details")
+                               or "tags new" in driver.text("#details"))  # fmt: skip
+            await driver.press("z")
+            await driver.until(lambda: (read_tags(a), read_tags(b)) == (("good", "old"), ()))
+            await driver.press("A", "T")
+            await driver.at("Ask")
+            await driver.press("ctrl+u")
+            await driver.press("enter")
+            await driver.until(lambda: () in (read_tags(a), read_tags(b)))
 
 
 class TestNamesAndNotes:

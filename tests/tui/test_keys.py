@@ -5,6 +5,7 @@ from importlib import import_module
 from pkgutil import walk_packages
 
 import pytest
+from rich.text import Text
 from textual.events import Key
 from textual.screen import Screen
 from textual.widget import Widget
@@ -13,10 +14,11 @@ from textual.widgets import Input, TextArea
 from gaitsim.tui import screens
 from gaitsim.tui.screens.base import Dialog
 from gaitsim.tui.screens.change_dialog import ChangeDialog
+from gaitsim.tui.screens.columns_dialog import ColumnsDialog
 from gaitsim.tui.screens.damage import JointDialog
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help, Jump
-from gaitsim.tui.screens.questions import Ask, Choose, Confirm, NoteDialog
+from gaitsim.tui.screens.questions import Ask, Choose, Confirm, NoteDialog, Pick
 from gaitsim.tui.screens.study_dialog import SWEEP, StudyDialog
 from gaitsim.tui.screens.verify import AskCode, ShowCode
 
@@ -121,6 +123,8 @@ DIALOGS = {
     "Confirm": lambda home: Confirm("Really?", "Yes", danger=True),
     "Choose": lambda home: Choose("Which?", {"k": "Keep", "s": "Stop"}),
     "Ask": lambda home: Ask("Name?"),
+    "Pick": lambda home: Pick("Which?", {"one": Text("One")}),
+    "ColumnsDialog": lambda home: ColumnsDialog(["name"], ["name", "body"], ["seed"]),
     "NoteDialog": lambda home: NoteDialog("one", ""),
     "ChangeDialog": lambda home: ChangeDialog(home.runs[0].path),
     "ExportDialog": lambda home: ExportDialog(home.runs[0].path),

@@ -18,23 +18,13 @@ from textual.widgets._footer import FooterKey
 import gaitsim.tui
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.commands import Commands, escape_markup
-from gaitsim.tui.config import find_problems, read_config
+from gaitsim.tui.config import find_problems
 from gaitsim.tui.keys import ACTIONS, NAMED, bindings
 from gaitsim.tui.screens.base import NOT_NOW, GaitScreen
 from gaitsim.tui.screens.help import targets
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm
 from gaitsim.tui.widgets.footer import MORE, Footer, Item, fit_items
-
-
-@pytest.fixture
-def config(here):
-    def config(text):
-        path = here / "config.toml"
-        path.write_text(text)
-        return read_config(path)
-
-    return config
 
 
 def all_subclasses(kind, *, leaves=True):
@@ -146,7 +136,7 @@ class TestHelp:
             assert not rows["home.new"].reason
             assert "Mark two" in rows["home.compare"].reason
             assert rows["home.delete"].keys == ["d", "del"]
-            assert rows["home.delete"].about == "Delete permanently, after a question"
+            assert rows["home.delete"].about == "Delete: move to the trash, after a question"
             assert rows["app.help"].about == "Help: show keys and their use"
             assert rows["home.mark"].about == "Mark the run, to act on several"
             await driver.press("escape")
@@ -197,10 +187,10 @@ class TestViKeys:
     async def test_they_move_in_tables_and_lists_but_not_in_fields(self, walk, drive, config):
         for name in "abcd":
             walk(name, 0)
-        async with drive(config=config('[keys]\nlist.up = "b"')) as driver:
+        async with drive(config=config('[keys]\nlist.up = "m"')) as driver:
             table = driver.screen.query_one("#runs")
             places = []
-            for key in ("j", "j", "b", "G", "g", "ctrl+d", "ctrl+u"):
+            for key in ("j", "j", "m", "G", "g", "ctrl+d", "ctrl+u"):
                 await driver.press(key)
                 places.append(table.cursor_row)
             assert places == [1, 2, 1, 3, 0, 3, 0]

@@ -3,45 +3,49 @@
 import asyncio
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from threading import Lock
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
+from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.reactive import reactive
-from textual.widgets import DataTable, Input, Static
+from textual.widgets import Input, Static
 
 from gaitsim.choices import STEERING_PRESETS
 from gaitsim.errors import GaitsimError
+from gaitsim.tui.formatting import clip
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
+from gaitsim.tui.screens.base import PaletteCommand, RunChoice
+from gaitsim.tui.screens.run_actions import RunActions
 from gaitsim.tui.themes import INKS
 
 if TYPE_CHECKING:
     from gaitsim.storage.growing import RunsWatcher
     from gaitsim.storage.overview import Overview
+    from gaitsim.storage.query import Query
+    from gaitsim.storage.views import View
     from gaitsim.tui.widgets.run_table import RunTable
 
-T = TypeVar("T")
-LISTED = 12  # maximum number of runs that a question names
+USUAL = "home"  # the saved view with the columns of this screen
 LOOKING = "Looking for runs …"
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
-    "delete", "stop", "rename", "note", "files", "replay", "map", "why", "compare", "export",
-    "filter", "laboratory", "steer", "back",
+    "delete", "stop", "rename", "note", "tag", "files", "replay", "map", "why", "compare", "export",
+    "filter", "laboratory", "steer", "back", "undo",
 )  # fmt: skip
 
 
-class Home(GaitScreen):
+class Home(RunActions):
     """The table of runs, with details of the one under the cursor.
 
     Attributes:
-        renaming: whether a run is being renamed.
         runs: runs found by the last scan; None until all have been read once.
-        filter: words that a run must contain to be shown.
+        filter: query of the runs to show, as typed.
     """
 
     AUTO_FOCUS = ""  # not the filter, which would take letters; the table later
@@ -51,14 +55,20 @@ other terminals.
 
 - **Open** a run to watch, continue or steer it; **new** creates one. A click on the highlighted
   run also opens it.
-- **Mark** two or more runs with space, or by a click on ◇, then **compare** their curves and
-  options, or **replay** two side by side. **Stop** and **delete** apply to all marked runs.
+- **Mark** runs with space, or by a click on ◇; `V` marks all from the last mark to the cursor, `a`
+  all that are shown. Then **compare** their curves and options, or **replay** two side by side.
+  **Stop**, **tag** and **delete** apply to all marked runs.
+- **Delete** moves runs to the trash for 30 days. `z` undoes the last deletion, name, note or tags;
+  `Z` lists the trash.
 - **Export** gait files, plots, videos and analyses of a run in the background.
 - **Note** attaches a note to a run, **rename** changes its name.
 - **Gallery** (`B`) writes a web site of all runs in the folder.
 - `v` **verifies** a run; `u` shows **studies** and comparisons over repeats.
-- A click on a column's title, or `s`, sorts by that column.
-- `/` filters by words in the name, plugins, state or note, such as `spider running`.
+- A click on a column's title, or `s`, sorts by that column. `C` chooses **columns**: any option and
+  any term of the score. `b` **groups** the runs by body, search, state or tag; on the heading of a
+  group, space, **tag** and **delete** apply to all its runs.
+- `/` filters by words and values: `spider score>2`, `state:failed`, `body:spider`, `tag:good`,
+  `-tag:bad`, `evolution.population>50`, `age<2d`. `o` lists saved **views**, `O` saves this one.
 """
     BINDINGS = bindings("home")
     filter: reactive[str] = reactive("", init=False)
@@ -78,11 +88,15 @@ other terminals.
         self._count = ""
         self._changes = 0  # number of changes made by this screen
         self._reading = Lock()
-        self.renaming = False
+        self._query: Query | None = None  # the last valid one
+        self._view: View | None = None
 
     def content(self) -> ComposeResult:
         """Compose the screen; the table is mounted once runs are read."""
-        yield Input(placeholder="words to look for", id="filter", compact=True)
+        yield Input(
+            placeholder="words, score>2, state:failed, tag:good, …", id="filter", compact=True
+        )
+        yield Static(id="filter-problem")
         yield Static(LOOKING, id="empty")
         yield Static(id="details")
 
@@ -90,6 +104,7 @@ other terminals.
         """Scan the folder after the first paint, as reading runs imports NumPy."""
         self.sub_title = f"{self.gaitsim.folder}/"
         self.query_one("#filter").display = False
+        self.query_one("#filter-problem").display = False
         self.query_one("#details").display = False
         self.call_after_refresh(self.look)
         self.set_interval(EVERY, self._look_again)
@@ -122,6 +137,8 @@ other terminals.
 
         with self._reading:
             first = self._watch is None
+            if first and self.gaitsim.has_config:
+                self._view = self._views().get(USUAL)
             self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
             try:
                 return self._watch.poll(self._progress if first else None), None
@@ -153,10 +170,11 @@ other terminals.
 
         if self._table is None:
             self._table = RunTable(id="runs")
+            self._table.view = self._view or self._table.view
             self.mount(self._table, before="#details")
             self.call_after_refresh(self._show)
             return
-        self._table.show(self._listed, self.filter, self.gaitsim.clock())
+        self._table.show(self._listed, self._wanted(), self.gaitsim.clock())
         empty = self.query_one("#empty", Static)
         empty.display = not self._table.shown
         self._table.display = bool(self._table.shown)
@@ -164,24 +182,55 @@ other terminals.
             from gaitsim.tui.widgets.run_table import no_runs
 
             folder = self.gaitsim.folder
-            empty.update(no_runs(folder, len(self._listed), self.filter, self._problem, INKS))
+            among = f"the {len(self._listed)} runs" if self._listed else ""
+            among += " read so far" if among and self.runs is None else ""
+            empty.update(no_runs(folder, among, self.filter, self._problem, INKS))
         elif self.focused is None:
             self.set_focus(self._table)
         self._title()
         self._details()
+
+    def _wanted(self) -> "list[Overview]":
+        """Return the runs that fulfil the filter; the last word is ignored while it is invalid."""
+        text, problem = self.filter.strip(), ""
+        query = None
+        if text:
+            from gaitsim.storage.query import parse_query
+
+            for shorter in (text, text.rpartition(" ")[0]):
+                try:
+                    query = parse_query(shorter)
+                    query.select(self._listed)
+                    break
+                except GaitsimError as error:
+                    query = self._query
+                    hint = error.remedy or error.allowed
+                    problem = problem or (f"{error.what}; {hint}" if hint else error.what)
+        self._query = query
+        line = self.query_one("#filter-problem", Static)
+        line.display = bool(problem)
+        line.update(Text(clip(problem, max(self.size.width - 2, 1))))
+        return [run for run in self._listed if query is None or query.matches(run)]
 
     def _title(self) -> None:
         """Show the number of runs, and how many are in each state that needs attention."""
         states = Counter[str](run.state for run in self._listed)
         wanted = ("running", "paused", "queued", "failed")
         counts = [f"{states[state]} {state}" for state in wanted if states[state]]
-        self.sub_title = " · ".join([f"{self._count} in {self.gaitsim.folder}/", *counts])
+        table, count = self._table, self._count
+        if table is not None and self.runs is not None and self._query is not None:
+            count = f"{len(table.shown)} of {count}"
+        if table is not None and table.marked:
+            counts.insert(0, f"{len(table.marked)} marked")
+        view = table.view.name if table is not None and table.view.name != USUAL else ""
+        named = [f"view {view}"] if view else []
+        self.sub_title = " · ".join([f"{count} in {self.gaitsim.folder}/", *named, *counts])
 
-    @on(DataTable.RowHighlighted)
-    def _moved(self) -> None:
+    def on_run_table_moved(self) -> None:
         self._details()
 
     def on_run_table_marked(self) -> None:
+        self._title()
         self._details()
 
     def _details(self) -> None:
@@ -202,13 +251,21 @@ other terminals.
         self.offers = [self.check_action(name, ()) for name in ACTIONS]
 
     def current(self) -> "Overview | None":
-        """Return the run under the cursor."""
+        """Return the run under the cursor; None on the heading of a group."""
         return self._table.run if self._table is not None and self._table.display else None
 
     def marked(self) -> "list[Overview]":
         """Return the marked runs, in the order of the list."""
         marked = self._table.marked if self._table is not None else set()
-        return [run for run in self._listed if run.path in marked]
+        return [run for run in self._listed if run.path in marked] if marked else []
+
+    def chosen(self) -> "list[Overview]":
+        """Return the marked runs, or if none is marked, those under the cursor."""
+        run, group = self.current(), self._table.group if self._table is not None else None
+        return self.marked() or ([run] if run is not None else [*group.runs] if group else [])
+
+    def listed(self) -> "Sequence[Overview]":
+        return self._listed
 
     def run_changed(self, old: Path, new: Path) -> None:
         """Refresh the runs after one was changed or moved."""
@@ -228,7 +285,8 @@ other terminals.
         self.filter = event.value
 
     @on(Input.Submitted, "#filter")
-    def _entered(self) -> None:
+    def _entered(self, event: Input.Submitted) -> None:
+        event.input.display = bool(event.value.strip())
         self.set_focus(self._table)
 
     def action_filter(self) -> None:
@@ -237,9 +295,17 @@ other terminals.
         self.set_focus(box)  # not the deferred `box.focus()`: letters would act as commands
 
     def action_back(self) -> None:
+        """Remove the filter, or else the marks."""
         box = self.query_one("#filter", Input)
-        box.value, box.display = "", False
-        self.filter = ""
+        if box.display:
+            self._set_filter("")
+        elif self._table is not None:
+            self._table.action_unmark()
+
+    def _set_filter(self, query: str) -> None:
+        box = self.query_one("#filter", Input)
+        box.value, box.display = query, bool(query)
+        self.filter = query
         self.set_focus(self._table)
 
     @property
@@ -258,8 +324,15 @@ other terminals.
         return command("show", run.path)
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """Yield a command for each preset."""
+        """Yield a command for each saved view and each preset."""
         from gaitsim.registry import EXPERIMENTS, entries
+
+        for view in filter(_is_saved, self._views().values()):
+            yield PaletteCommand(
+                f"View: {view.name}",
+                f"Show the runs of this view: {view.where or 'all'}",
+                partial(self._show_view, view),
+            )
 
         for name in entries(EXPERIMENTS):
             yield PaletteCommand(
@@ -284,15 +357,116 @@ other terminals.
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "back":
-            return bool(self.filter) or bool(self.is_mounted and self.query("#filter:focus"))
+            marked = self._table is not None and bool(self._table.marked)
+            return marked or bool(self.is_mounted and self.query_one("#filter").display)
+        if action == "undo":
+            return self.undoable
         return super().check_action(action, parameters)
 
-    # Actions on runs
+    # Views
 
-    def _chosen(self) -> "list[Overview]":
-        """Return the marked runs, or the one under the cursor if none is marked."""
-        run = self.current()
-        return self.marked() or ([run] if run is not None else [])
+    def _views(self) -> "dict[str, View]":
+        """Return the saved views by name."""
+        from gaitsim.storage.views import read_views
+
+        try:
+            return read_views()[0]
+        except GaitsimError as error:
+            self.app.call_later(self.gaitsim.show_error, error)
+            return {}
+
+    def _show_view(self, view: "View") -> None:
+        assert self._table is not None, "else there is no view to change"
+        self._table.view = view
+        self._set_filter(view.where)
+        self._show()
+
+    def _current_view(self) -> "View":
+        assert self._table is not None, "else there is no view to change"
+        return replace(self._table.view, where=self.filter)
+
+    @work(group="ask")
+    async def action_views(self) -> None:
+        """Show the saved views, and apply or delete one."""
+        from gaitsim.storage.views import View, forget_view
+        from gaitsim.tui.screens.questions import PickView
+
+        hints = "enter: show · x: delete the view · esc: close"
+        while True:
+            saved = {name: view for name, view in self._views().items() if _is_saved(view)}
+            views = {"": View(""), **saved}
+            items = {
+                name: Text.assemble(
+                    (clip(name, 30) or "all runs", "bold"), f"  {clip(view.where, 60)}"
+                )
+                for name, view in views.items()
+            }
+            about = (
+                "" if len(views) > 1 else "Press O to save the filter, columns, order and groups."
+            )
+            match await self.app.push_screen_wait(PickView("Views", items, about, hints)):
+                case ("choose", name):
+                    self._show_view(views[name])
+                case ("delete", name) if name:
+                    await self._try(forget_view, name)
+                    continue
+            return
+
+    @work(group="ask")
+    async def action_save_view(self) -> None:
+        """Save the filter, columns, order and groups under a name."""
+        from gaitsim.storage.views import save_view
+        from gaitsim.tui.screens.questions import Ask
+
+        view = self._current_view()
+        about = f"Filter: {view.where or 'none'}\nA view of the same name is replaced."
+        ask = Ask("Save this view as", view.name if view.name != USUAL else "", about=about)
+        name = await self.app.push_screen_wait(ask)
+        if name is not None and self._table is not None:
+            view = replace(view, name=name)
+            try:
+                save_view(view)
+            except GaitsimError as error:
+                self.gaitsim.show_error(error)
+            else:
+                self._table.view = view
+                self.notify(f"gaitsim runs --view {name}", title="View saved", markup=False)
+                self._title()
+
+    @work(group="ask")
+    async def action_columns(self) -> None:
+        """Choose the columns, which are remembered."""
+        from gaitsim.storage.query import KEYS
+        from gaitsim.tui.screens.columns_dialog import ColumnsDialog
+
+        if self._table is None:
+            return
+        now = [name for name in self._table.columns if name != "curve"]
+        others = {key for run in self._listed for key in (*run.options, *run.terms)}
+        chosen = self._table.view.columns or now
+        columns = await self.app.push_screen_wait(ColumnsDialog(chosen, KEYS, sorted(others)))
+        if columns is not None:
+            self._table.show_view(replace(self._table.view, columns=columns))
+            self._remember_view()
+
+    def action_group(self) -> None:
+        if self._table is not None:
+            self._table.next_group()
+            self._remember_view()
+
+    def _remember_view(self) -> None:
+        """Save columns, order and groups: in the current view, or for the next start."""
+        from gaitsim.storage.views import save_view
+
+        if self._table is None or not self.gaitsim.has_config:
+            return
+        view = self._table.view
+        try:
+            save_view(view if view.name else replace(view, name=USUAL))
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+
+    # Actions on runs
 
     @property
     def choice(self) -> RunChoice | None:
@@ -301,13 +475,15 @@ other terminals.
         return None if run is None else RunChoice(run.path, others=others)
 
     def obstacle(self, action: str) -> str:
-        run, chosen = self.current(), self._chosen()
+        run, chosen = self.current(), self.chosen()
         needs_run = (
             *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
             *("map", "note", "rename", "files", "steer"),
         )
-        if action in (*needs_run, "delete", "stop") and not chosen:
+        if action in (*needs_run, "delete", "stop", "tag") and not chosen:
             return "There is no run here; press n to create one."
+        if action in needs_run[2:] and run is None:
+            return "This is the heading of a group; move to one of its runs."
         match action:
             case "delete" if all(one.evolves for one in chosen):
                 return "The run is evolving; press x to stop it first."
@@ -323,14 +499,15 @@ other terminals.
                 run and run.generation == 0
             ):
                 return "The run has no finished generation yet; open it and let it evolve."
+            case "undo" if not self.undoable:
+                return "Nothing has been deleted, renamed, tagged or annotated here."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs with space first."
-            case "filter" if not self._listed:
+            case "filter" | "columns" | "group" | "save_view" if not self._listed:
                 return "There are no runs to choose from."
         return super().obstacle(action)
 
-    @on(DataTable.RowSelected)
-    def action_open(self) -> None:
+    def on_run_table_opened(self) -> None:
         self.open_listed(self.current())
 
     def action_new(self) -> None:
@@ -350,102 +527,7 @@ other terminals.
     def action_compare(self) -> None:
         self.show_screen("compare.Compare", [run.path for run in self.marked()])
 
-    @work(group="ask")
-    async def action_delete(self) -> None:
-        """Delete runs after a question that names them; keep live runs."""
-        from gaitsim.storage.manage import delete_run
-        from gaitsim.tui.screens.questions import Confirm
 
-        deleted = [run for run in self._chosen() if not run.evolves]
-        kept = [run.name for run in self._chosen() if run.evolves]
-        if not deleted:
-            return
-        one = len(deleted) == 1
-        about = str(deleted[0].path) if one else _join_names([run.name for run in deleted])
-        about += "\nIts" if one else "\nTheir"
-        about += " champions, exports and notes are deleted too. This cannot be undone."
-        if kept:
-            about += (
-                f"\n\nNot deleted, because they evolve: {_join_names(kept)}. Press x to stop them."
-            )
-        what = f"the run {deleted[0].name}" if one else f"{len(deleted)} runs"
-        question = Confirm(f"Delete {what}?", "Delete", about, danger=True)
-        if await self.app.push_screen_wait(question):
-            for run in deleted:
-                await self._try(delete_run, run.path)
-                self.run_changed(run.path, run.path)
-
-    @work(group="ask")
-    async def action_rename(self) -> None:
-        from gaitsim.storage.manage import check_name, rename_run
-        from gaitsim.tui.screens.questions import Ask
-
-        run = self.current()
-        if run is None:
-            return
-        path = run.path
-
-        def check(name: str) -> None:
-            if name != path.name:
-                check_name(path, name)
-
-        about = f"This renames its folder in {path.parent}."
-        question = Ask(f"New name of the run {path.name}", path.name, check, about)
-        name = await self.app.push_screen_wait(question)
-        if name is not None and name != path.name:
-            self.renaming = True
-            new = await self._try(rename_run, path, name)
-            self.renaming = False
-            if new is not None:
-                self.run_changed(path, new)
-
-    @work(group="ask")
-    async def action_note(self) -> None:
-        from gaitsim.storage.manage import read_note, write_note
-        from gaitsim.tui.screens.questions import NoteDialog
-
-        run = self.current()
-        if run is None:
-            return
-        before = await self._try(read_note, run.path)
-        text = await self.app.push_screen_wait(NoteDialog(run.name, before or ""))
-        if text is not None:
-            await self._try(write_note, run.path, text)
-            self.run_changed(run.path, run.path)
-
-    @work(group="ask")
-    async def action_gallery(self) -> None:
-        """Write a web site of all runs in the folder."""
-        from gaitsim.tui.screens.questions import Ask
-
-        about = "A card for each run, and a page that plays it. An existing gallery is replaced."
-        question = Ask("Folder of the gallery", "site", about=about)
-        out = await self.app.push_screen_wait(question)
-        if out is not None:
-            folder = str(self.gaitsim.folder)
-            self.gaitsim.start_task(("gallery", folder, "--out", out), opens=not self.app.is_web)
-
-    @work(group="stop")
-    async def action_stop(self) -> None:
-        from gaitsim.live.process import stop
-
-        runs = [run for run in self._chosen() if run.evolves]
-        names = _join_names([run.name for run in runs])
-        self.notify(names, title="Stopping after the current generation", markup=False)
-        await asyncio.gather(*(self._try(stop, run.path) for run in runs))
-        for run in runs:
-            self.run_changed(run.path, run.path)
-
-    async def _try(self, do: Callable[..., T], *arguments: object) -> T | None:
-        """Call a function in a thread; if it fails, show its error and return None."""
-        try:
-            return await asyncio.to_thread(do, *arguments)
-        except GaitsimError as error:
-            self.gaitsim.show_error(error)
-        return None
-
-
-def _join_names(names: Sequence[str]) -> str:
-    """Join names with commas; beyond `LISTED`, add the number of the others."""
-    shown = ", ".join(names[:LISTED])
-    return shown if len(names) <= LISTED else f"{shown} and {len(names) - LISTED} more"
+def _is_saved(view: "View") -> bool:
+    """Return whether the user saved a view under a name."""
+    return view.name != USUAL

@@ -1,6 +1,6 @@
 """Small dialogs: questions answered by a button, a line of text, or the text of a note."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import ClassVar
 
 from rich.text import Text
@@ -9,12 +9,14 @@ from textual.app import ComposeResult
 from textual.binding import Binding, BindingType
 from textual.containers import Horizontal, Vertical
 from textual.events import Key
+from textual.suggester import Suggester
 from textual.widgets import Button, Input, Static, TextArea
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import Dialog
+from gaitsim.tui.widgets.lists import ChoiceList
 
 
 class Confirm(Dialog[bool]):
@@ -101,6 +103,8 @@ class Ask(Dialog[str | None]):
         value: initial text.
         check: function that raises a GaitsimError for an invalid answer.
         about: details below the question.
+        words: words to complete the last word of the answer with.
+        empty: whether the answer may be empty.
     """
 
     BINDINGS = bindings("ask")
@@ -111,15 +115,19 @@ class Ask(Dialog[str | None]):
         value: str = "",
         check: Callable[[str], object] = str,
         about: str = "",
+        *,
+        words: Sequence[str] = (),
+        empty: bool = False,
     ) -> None:
         super().__init__()
         self._question, self._value, self._check, self._about = question, value, check, about
+        self._words, self._empty = words, empty
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_subtitle = "enter: accept · esc: cancel"
             yield from _heading(self._question, self._about)
-            yield Input(self._value, id="answer")
+            yield Input(self._value, suggester=WordSuggester(self._words), id="answer")
             yield Static(id="ask-problem", classes="problem")
             with Horizontal(classes="dialog-buttons"):
                 yield Button("OK", variant="primary", compact=True, id="ask-ok")
@@ -142,7 +150,69 @@ class Ask(Dialog[str | None]):
         except GaitsimError as error:
             self.query_one("#ask-problem", Static).update(Text(str(error)))
         else:
-            self.dismiss(answer or None)
+            self.dismiss(answer if answer or self._empty else None)
+
+
+class WordSuggester(Suggester):
+    """Completes the last word of a field.
+
+    Args:
+        words: known words.
+    """
+
+    def __init__(self, words: Sequence[str]) -> None:
+        super().__init__(use_cache=False, case_sensitive=True)
+        self._words = words
+
+    async def get_suggestion(self, value: str) -> str | None:
+        last = value.rpartition(" ")[2].lstrip("+-")
+        found = (word for word in self._words if last and word.startswith(last))
+        return next((value + word.removeprefix(last) for word in found), None)
+
+
+class Pick(Dialog[tuple[str, str] | None]):
+    """Show a list to choose from; return what to do and the key of the chosen item, or None.
+
+    What to do is `choose` for Enter, or the name of an action of the class.
+
+    Args:
+        question: heading.
+        items: lines by key.
+        about: details below the heading.
+        hints: keys shown at the lower border.
+    """
+
+    def __init__(
+        self, question: str, items: Mapping[str, Text], about: str = "", hints: str = ""
+    ) -> None:
+        super().__init__()
+        self._question, self._items, self._about, self._hints = question, items, about, hints
+
+    def compose(self) -> ComposeResult:
+        with Vertical(classes="dialog") as box:
+            box.border_subtitle = self._hints
+            yield from _heading(self._question, self._about)
+            yield ChoiceList(*self._items.values(), id="items")
+
+    def on_option_list_option_selected(self, event: ChoiceList.OptionSelected) -> None:
+        self.action_do("choose")
+
+    def action_do(self, what: str) -> None:
+        """Close the dialog, which returns what to do with the highlighted item."""
+        at = self.query_one(ChoiceList).highlighted
+        self.dismiss((what, "" if at is None else [*self._items][at]))
+
+
+class PickView(Pick):
+    """A list of saved views."""
+
+    BINDINGS = bindings("views")
+
+
+class PickTrashed(Pick):
+    """A list of deleted runs."""
+
+    BINDINGS = bindings("trash")
 
 
 def _heading(question: str, about: str) -> Iterator[Static]:

@@ -1,23 +1,28 @@
-"""The table of runs, sorted, filtered and updated cell by cell, and details of a run."""
+"""The table of runs, sorted and grouped by any value, and details of a run."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from rich.cells import cell_len
+from rich.segment import Segment
 from rich.text import Text
 from textual.events import Click
+from textual.geometry import Region, Size
 from textual.message import Message
-from textual.widgets import DataTable
+from textual.scroll_view import ScrollView
+from textual.strip import Strip
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import age, ago, duration, number, visible, visible_lines
+from gaitsim.render.terminal.text import age, duration, number, visible, visible_lines
 from gaitsim.storage.overview import Overview
+from gaitsim.storage.query import sort_runs, value_of
+from gaitsim.storage.views import View
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.themes import INKS
@@ -33,236 +38,471 @@ STATES = {
     "newer format": ("✗ too new", "warning"),
     "damaged": ("✗ damaged", "error"),
 }
-_ORDER = list(STATES)
 LINES = 3  # maximum lines of a note
 SEPARATOR = "  ·  "
 Comparable = tuple[str, str]  # the body and the fitness of runs whose scores can be compared
 Scale = tuple[float, float]  # the scores drawn lowest and highest
 
+CURVE = "curve"  # the column that is always last, if there is room
+# The minimum width of each column in cells; other columns are options and terms.
+WIDTHS = {
+    "name": 14,
+    "body": 9,
+    "fitness": 17,
+    "search": 12,
+    "generation": 11,
+    "score": 8,
+    CURVE: 5,
+    "state": 10,
+    "tag": 12,
+    "note": 20,
+    "time": 10,
+    "evaluations": 11,
+    "age": 6,
+}
+OTHER = 8  # minimum width of other columns
+WIDEST = 18  # maximum width for the title of another column
+NARROW = ("name", "body", "generation", "score", "state", "age")
+USUAL = ("name", "body", "fitness", "generation", "score", "state", "age")
+WIDE, WIDER = 110, 120  # minimum widths in cells for the columns of the fitness, and of tags
+GAP = 2  # cells between two columns
+MARK, NO_MARK, HEADING = "◆ ", "◇ ", "▾ "
+# Columns that are sorted from the largest value first, and those aligned right.
+DESCENDING_FIRST = {"generation", "score", "evaluations", "time"}
+RIGHT = {"generation", "score", "evaluations", "time", "age", "seed", "stage", "generations"}
+GROUPS = ("", "body", "search", "state", "tag")
+_sparkline = lru_cache(maxsize=4096)(sparkline)
+
 
 @dataclass(frozen=True)
-class Column:
-    """A column of the table.
+class Group:
+    """Runs with the same value of a key.
 
     Attributes:
-        name: key of the column.
-        width: minimum width in cells.
-        sort: sort key of a run.
-        right: whether the cells are aligned right.
-        titles: titles, the longest first; () for the name.
+        title: the value; '' without groups.
+        runs: the runs, sorted.
     """
 
-    name: str
-    width: int
-    sort: Callable[[Overview], Any]
-    right: bool = False
-    titles: tuple[str, ...] = ()
+    title: str
+    runs: tuple[Overview, ...]
+
+    @property
+    def best(self) -> float | None:
+        """The best score; None without one."""
+        return max((run.best for run in self.runs if run.best is not None), default=None)
 
 
-COLUMNS = {
-    "run": Column("run", 14, lambda run: run.name.casefold()),
-    "body": Column("body", 9, lambda run: run.plugins.get("organism", "")),
-    "fitness": Column("fitness", 17, lambda run: run.plugins.get("fitness", "")),
-    "generation": Column("generation", 11, lambda run: run.generation, right=True),
-    "best": Column(
-        "best",
-        8,
-        lambda run: float("-inf") if run.best is None else run.best,
-        right=True,
-        titles=("best score", "score"),
-    ),
-    "curve": Column("curve", 5, lambda run: run.seconds),
-    "state": Column("state", 10, lambda run: _ORDER.index(run.state)),
-    # Running runs change all the time; they would swap places each time.
-    "changed": Column(
-        "changed", 8, lambda run: math.inf if run.state == "running" else run.changed, right=True
-    ),
-}
-NARROW = ("run", "body", "generation", "best", "curve", "state", "changed")
-WIDE = 110  # minimum width in cells for the column of the fitness, and for long titles
-_sparkline = lru_cache(maxsize=4096)(sparkline)  # a third of a row's cost
-MARK, NO_MARK = "◆ ", "◇ "
-# Columns that are sorted from the largest value first.
-DESCENDING_FIRST = {"generation", "best", "curve", "changed"}
+@dataclass(frozen=True)
+class Row:
+    """A row of the table: a run, or the heading of its group."""
+
+    group: Group
+    run: Overview | None = None
+
+    @property
+    def key(self) -> tuple[str, Path | None]:
+        """The key of the row, for the cursor."""
+        return self.group.title, self.run.path if self.run else None
 
 
-def columns(width: int) -> list[tuple[Column, int]]:
-    """Return the columns for a table of a width, and the width of each."""
-    wide = width >= WIDE
-    shown = [COLUMNS[name] for name in (COLUMNS if wide else NARROW)]
-    more = {"best": 3, "changed": 2} if wide else {}  # for "best score▼" and "12 min ago"
-    left = max(0, width - 1 - sum(column.width + 2 for column in shown) - sum(more.values()))
-    # The name gets part of the remaining width, the curve the rest.
-    more["run"] = min(left, 16)
-    more["curve"] = min(left - more["run"], 40)
-    return [(column, column.width + more.get(column.name, 0)) for column in shown]
+def layout(width: int, names: Sequence[str] = (), *, tagged: bool = False) -> dict[str, int]:
+    """Return the width of each column in a table; columns without room are left out.
+
+    Args:
+        width: width of the table, cells.
+        names: keys of the columns; () for the usual ones.
+        tagged: whether a run has tags, which the usual columns then show if there is room.
+    """
+    usual = [*(USUAL if width >= WIDE else NARROW)]
+    if width >= WIDER and tagged:
+        usual.insert(-2, "tag")
+    found: dict[str, int] = {}
+    left = width - 1
+    for name in names or usual:
+        least = WIDTHS.get(name) or max(OTHER, min(len(name) + 1, WIDEST))
+        if left >= least + GAP:
+            found[name] = least
+            left -= least + GAP
+    if left >= WIDTHS[CURVE] + GAP:
+        # The name gets part of the remaining width, the curve the rest.
+        left -= WIDTHS[CURVE] + GAP
+        more = min(left, 16) if "name" in found else 0
+        found |= {"name": found["name"] + more} if more else {}
+        ends = [name for name in ("state", "tag", "age") if name in found]
+        curve = WIDTHS[CURVE] + min(left - more, 40)
+        found = {
+            **{name: size for name, size in found.items() if name not in ends},
+            CURVE: curve,
+            **{name: size for name, size in found.items() if name in ends},
+        }
+    return found
 
 
-class RunTable(DataTable[Text]):
+class RunTable(ScrollView, can_focus=True):
     """A table of runs. The cursor stays on its run when others appear or disappear.
 
+    Only the rows in view are drawn, so that a filter over 1,000 runs shows its result at once.
+
     Attributes:
-        order: name of the column to sort by.
-        descending: whether the order is descending.
+        view: columns, order and groups.
         marked: marked runs.
         shown: runs in the order of the rows.
+        rows: rows: runs and headings of groups.
+        columns: width of each column by key.
+        cursor_row: index of the row under the cursor.
     """
+
+    class Moved(Message):
+        """Posted when another row is under the cursor."""
+
+    class Opened(Message):
+        """Posted when the run under the cursor is to be opened."""
 
     class Marked(Message):
         """Posted when the marked runs have changed."""
 
+    ALLOW_SELECT = False
     BINDINGS = bindings("home table")
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "table--header",
+        "table--heading",
+        "table--cursor",
+    }
+    DEFAULT_CSS = """
+    RunTable {
+        overflow-x: hidden; scrollbar-size-vertical: 1;
+        & > .table--header { color: $text-muted; text-style: bold; }
+        & > .table--heading { color: $secondary; text-style: bold; }
+        & > .table--cursor {
+            background: $block-cursor-blurred-background;
+            color: $block-cursor-blurred-foreground;
+            text-style: $block-cursor-blurred-text-style;
+        }
+        &:focus > .table--cursor {
+            background: $block-cursor-background; color: $block-cursor-foreground;
+            text-style: $block-cursor-text-style;
+        }
+    }
+    """
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(cursor_type="row", **options)
-        self.order = "changed"
-        self.descending = True
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.view = View("")
         self.marked: set[Path] = set()
-        self._last_shown: tuple[list[Overview], str, float] = ([], "", 0.0)
-        self._layout: list[tuple[Column, int]] = []
         self.shown: list[Overview] = []
-        self._cells: dict[Path, list[Text]] = {}
+        self.rows: list[Row] = []
+        self.columns: dict[str, int] = {}
+        self.cursor_row = 0
+        self._runs: Sequence[Overview] = ()
+        self._wanted: Sequence[Overview] = ()
+        self._now = 0.0
+        self._anchor: Path | None = None  # the run that was marked or unmarked last
         self._scales: Mapping[Comparable, Scale] = {}
+
+    # What is shown
+
+    @property
+    def row_count(self) -> int:
+        """The number of rows."""
+        return len(self.rows)
+
+    @property
+    def row(self) -> Row | None:
+        """The row under the cursor."""
+        return self.rows[self.cursor_row] if self.cursor_row < len(self.rows) else None
 
     @property
     def run(self) -> Overview | None:
-        """The run under the cursor."""
-        row = self.cursor_row
-        return self.shown[row] if 0 <= row < len(self.shown) else None
+        """The run under the cursor; None on the heading of a group."""
+        return self.row.run if self.row else None
+
+    @property
+    def group(self) -> Group | None:
+        """The group whose heading is under the cursor."""
+        return self.row.group if self.row and self.row.run is None else None
 
     def scale(self, run: Overview) -> Scale | None:
         """Return the scale of the curve of a run; None if it has no scores."""
         return self._scales.get(_comparable(run))
 
-    def show(self, runs: Iterable[Overview], words: str, now: float) -> None:
-        """Show the runs that match all of `words`; `now` is the time in seconds since 1970."""
-        found = list(runs)
-        self._last_shown = (found, words, now)
-        self.marked &= {run.path for run in found}
-        wanted = sorted(_matching(found, words), key=COLUMNS["run"].sort)
-        wanted.sort(key=COLUMNS[self.order].sort, reverse=self.descending)
-        layout = columns(self.size.width)
-        self._scales = scales(found)
-        cells = {run.path: self._row(run, layout, now) for run in wanted}
-        before = [run.path for run in self.shown]
-        if [*cells][: len(before)] == before and layout == self._layout:
-            self._update(cells)
+    def show(self, runs: Sequence[Overview], wanted: Sequence[Overview], now: float) -> None:
+        """Show some runs.
+
+        Args:
+            runs: all runs in the folder.
+            wanted: runs to show.
+            now: time in seconds since 1970.
+        """
+        self._runs, self._wanted, self._now = runs, wanted, now
+        self.marked &= {run.path for run in runs}
+        self._scales = scales(runs)
+        row, place = self.row, self.cursor_row
+        self.shown = sorted_runs(wanted, self.view.sort)
+        self.rows = [*_rows(self.shown, self.view.group)]
+        self._draw()
+        at = _place_of(row, self.rows)
+        if row is None and self.view.group:
+            at = 1  # below the first heading
+        self._move_to(place if at is None else at, seen=at != place)
+
+    def show_view(self, view: View) -> None:
+        """Change the columns, the order and the groups."""
+        self.view = view
+        self.show(self._runs, self._wanted, self._now)
+
+    def _draw(self) -> None:
+        tagged = any(run.tags for run in self._runs)
+        self.columns = layout(self.size.width, self.view.columns, tagged=tagged)
+        self.virtual_size = Size(self.size.width, len(self.rows) + 1)
+        self.refresh()
+
+    def cells(self, row: Row) -> list[Text]:
+        """Return the cells of a row, as wide as their columns."""
+        return [self._cell(row, name, width) for name, width in self.columns.items()]
+
+    def render_line(self, y: int) -> Strip:
+        """Return a line: the titles, or a row."""
+        width = self.size.width
+        at = y - 1 + round(self.scroll_offset.y)
+        if y == 0:
+            style = self.get_component_rich_style("table--header")
+            cells = [self._title(*column) for column in self.columns.items()]
+        elif at < len(self.rows):
+            row = self.rows[at]
+            cells = self.cells(row)
+            style = self.rich_style
+            if row.run is None:
+                style = self.get_component_rich_style("table--heading")
         else:
-            self._build(layout, cells, self.run)
-        self.shown, self._cells = wanted, cells
+            return Strip.blank(width, self.rich_style)
+        line = Text(" ", end="", no_wrap=True) + Text(" " * GAP).join(cells)
+        strip = Strip(line.render(self.app.console)).adjust_cell_length(width)
+        if y and at == self.cursor_row:
+            cursor = self.get_component_rich_style("table--cursor")
+            return Strip([Segment(segment.text, cursor) for segment in strip], width)
+        return strip.apply_style(self.rich_style + style)
 
-    def sort_by(self, name: str) -> None:
-        """Sort by a column; if it is the current one, reverse the order."""
-        self.descending = not self.descending if name == self.order else name in DESCENDING_FIRST
-        self.order = name
-        self._layout = []  # titles contain the arrow
-        self.show(*self._last_shown)
+    def _title(self, name: str, width: int) -> Text:
+        key = self.view.sort.removeprefix("-") or "age"
+        arrow = ("▼" if self.view.sort.startswith("-") else "▲") if name == key else ""
+        return _fit(Text(clip(name, width - len(arrow)) + arrow), width, right=self._right(name))
 
-    def on_data_table_header_selected(self, event: DataTable.HeaderSelected) -> None:
-        event.stop()
-        self.sort_by(str(event.column_key.value))
+    def _right(self, name: str) -> bool:
+        """Return whether the cells of a column are aligned right."""
+        if name in WIDTHS or name in RIGHT:
+            return name in RIGHT
+        values = (value_of(run, name) for run in self._runs)
+        return isinstance(next((one for one in values if one is not None), ""), int | float)
+
+    def _cell(self, row: Row, name: str, width: int) -> Text:
+        run = row.run
+        if run is None:
+            return _fit(Text(_heading_cell(row.group, name, width)), width, right=name == "score")
+        style = ""
+        match name:
+            case "name":
+                marked = run.path in self.marked
+                mark = (MARK, INKS["primary"]) if marked else (NO_MARK, "dim")
+                text = Text.assemble(mark, (clip_name(run.name, width - len(MARK)), "bold"))
+                return _fit(text, width)
+            case "curve":
+                shown, style = _sparkline(run.curve, width, self.scale(run)), INKS["primary"]
+            case "state":
+                shown, colour = STATES[run.state]
+                style = INKS[colour]
+            case "tag":
+                shown, style = ", ".join(run.tags), INKS["secondary"]
+            case _:
+                shown = _text_of(run, name, self._now)
+        return _fit(Text(clip(shown, width), style), width, right=self._right(name))
+
+    # The cursor
+
+    def _move_to(self, row: int, *, seen: bool = True) -> None:
+        """Move the cursor to a row; if `seen`, scroll it into view."""
+        before, self.cursor_row = self.cursor_row, max(0, min(row, len(self.rows) - 1))
+        if seen:
+            room, top = max(self.size.height - 1, 1), round(self.scroll_target_y)
+            if not top <= self.cursor_row < top + room:
+                first = self.cursor_row if self.cursor_row < top else self.cursor_row - room + 1
+                first -= first == 1 and self.rows[0].run is None  # with the heading above
+                self.scroll_to(y=first, animate=False, force=True)
+        for changed in {before, self.cursor_row}:
+            line = changed + 1 - round(self.scroll_offset.y)
+            self.refresh(Region(0, line, self.size.width, 1))
+        if self.cursor_row != before:
+            self.post_message(self.Moved())
+
+    def action_scroll_up(self) -> None:
+        self._move_to(self.cursor_row - 1)
+
+    def action_scroll_down(self) -> None:
+        self._move_to(self.cursor_row + 1)
+
+    def action_page_up(self) -> None:
+        self._move_to(self.cursor_row - max(self.size.height - 2, 1))
+
+    def action_page_down(self) -> None:
+        self._move_to(self.cursor_row + max(self.size.height - 2, 1))
+
+    def action_scroll_home(self) -> None:
+        self._move_to(0)
+
+    def action_scroll_end(self) -> None:
+        self._move_to(len(self.rows) - 1)
+
+    def on_resize(self) -> None:
+        self._draw()
+        self._move_to(self.cursor_row)
+
+    def action_select_cursor(self) -> None:
+        self.post_message(self.Opened())
 
     def on_click(self, event: Click) -> None:
-        """Highlight a run; mark it if its mark is clicked, or with Ctrl; open it if highlighted."""
-        row = event.style.meta.get("row", -1)
-        if not 0 <= row < len(self.shown):  # the click is on a title, or below the last row
-            return
-        event.prevent_default()
+        """Highlight a run; mark it if its mark is clicked, or with Ctrl; open it if highlighted.
+
+        A click on a title sorts by its column; with Shift, a click marks a range of runs.
+        """
         event.stop()
-        highlighted = row == self.cursor_row
-        self.move_cursor(row=row)
-        if event.ctrl or event.x <= len(MARK):
-            self._mark(self.shown[row].path)
-        elif highlighted:
-            self.action_select_cursor()
+        at = event.y - 1 + round(self.scroll_offset.y)
+        if event.y == 0:
+            self._sort_at(event.x)
+        elif at < len(self.rows):
+            highlighted = at == self.cursor_row
+            self._move_to(at, seen=False)
+            if event.shift:
+                self.action_mark_range()
+            elif event.ctrl or event.x <= len(MARK):
+                self._toggle()
+            elif highlighted:
+                self.action_select_cursor()
+
+    # The order
+
+    def _sort_at(self, x: int) -> None:
+        end = 1
+        for name, width in self.columns.items():
+            end += width + GAP
+            if x < end:
+                self.sort_by("time" if name == CURVE else name)
+                return
+
+    def sort_by(self, key: str) -> None:
+        """Sort by the value of a key; if it is the current one, reverse the order."""
+        before = self.view.sort or "age"
+        down = key in DESCENDING_FIRST
+        if key == before.removeprefix("-"):
+            down = not before.startswith("-")
+        self.show_view(replace(self.view, sort=f"-{key}" if down else key))
 
     def action_sort(self) -> None:
-        names = [column.name for column, _ in self._layout]
-        at = names.index(self.order) if self.order in names else -1
+        names = [name for name in self.columns if name != CURVE]
+        key = (self.view.sort or "age").removeprefix("-")
+        at = names.index(key) if key in names else -1
         self.sort_by(names[(at + 1) % len(names)])
 
     def action_reverse(self) -> None:
-        self.sort_by(self.order)
+        self.sort_by((self.view.sort or "age").removeprefix("-"))
+
+    def next_group(self) -> None:
+        """Group by the next key."""
+        group = self.view.group
+        at = GROUPS.index(group) if group in GROUPS else -1
+        self.show_view(replace(self.view, group=GROUPS[(at + 1) % len(GROUPS)]))
+
+    # Marks
 
     def action_mark(self) -> None:
-        """Mark or unmark the run under the cursor, and move to the next one."""
-        if self.run is not None:
-            self._mark(self.run.path)
-            self.action_cursor_down()
+        """Mark or unmark the runs under the cursor, and move to the next row."""
+        self._toggle()
+        self.action_scroll_down()
 
-    def _mark(self, path: Path) -> None:
-        self.marked ^= {path}
-        self.show(*self._last_shown)
+    def _toggle(self) -> None:
+        """Mark or unmark the run under the cursor, or all runs of the group."""
+        row = self.row
+        if row is None:
+            return
+        paths = {run.path for run in ([row.run] if row.run else row.group.runs)}
+        self._anchor = row.run.path if row.run else None
+        self.mark(self.marked - paths if paths <= self.marked else self.marked | paths)
+
+    def action_mark_range(self) -> None:
+        """Mark the runs from the one marked last to the cursor."""
+        paths = [row.run.path if row.run else None for row in self.rows]
+        known = self._anchor is not None and self._anchor in paths
+        first, last = sorted(
+            (paths.index(self._anchor) if known else self.cursor_row, self.cursor_row)
+        )
+        self.mark(self.marked | {path for path in paths[first : last + 1] if path is not None})
+        if self.run is not None:
+            self._anchor = self.run.path
+
+    def action_mark_all(self) -> None:
+        self.mark(self.marked | {run.path for run in self.shown})
+
+    def action_invert(self) -> None:
+        self.mark(self.marked ^ {run.path for run in self.shown})
+
+    def action_unmark(self) -> None:
+        self.mark(set())
+
+    def mark(self, paths: Collection[Path]) -> None:
+        """Replace the marks."""
+        self.marked = {*paths}
+        self.refresh()
         self.post_message(self.Marked())
 
     def run_renamed(self, old: Path, new: Path) -> None:
         """Keep the mark and the cursor on a renamed run."""
-        self.shown = [replace(run, path=new) if run.path == old else run for run in self.shown]
+        self.rows = [
+            replace(row, run=replace(row.run, path=new))
+            if row.run is not None and row.run.path == old
+            else row
+            for row in self.rows
+        ]
         if old in self.marked:
             self.marked = self.marked - {old} | {new}
-        self._layout = []  # rows are keyed by path
 
-    def _update(self, cells: dict[Path, list[Text]]) -> None:
-        """Update the changed cells, and append new rows."""
-        for path, row in cells.items():
-            if path not in self._cells:
-                self.add_row(*row, key=str(path))
-                continue
-            for (column, _), old, new in zip(self._layout, self._cells[path], row, strict=True):
-                if old != new or old.spans != new.spans:
-                    self.update_cell(str(path), column.name, new)
 
-    def _build(
-        self, layout: list[tuple[Column, int]], cells: dict[Path, list[Text]], at: Overview | None
-    ) -> None:
-        before = self.cursor_row
-        if layout != self._layout:
-            self.clear(columns=True)
-            self._layout = layout
-            for column, width in layout:
-                self.add_column(self._title(column, width), key=column.name, width=width)
-        else:
-            self.clear()
-        for path, row in cells.items():
-            self.add_row(*row, key=str(path))
-        places = list(cells)
-        place = places.index(at.path) if at and at.path in cells else before
-        self.move_cursor(row=min(place, len(places) - 1), animate=False)
+def sorted_runs(runs: Iterable[Overview], sort: str) -> list[Overview]:
+    """Return runs sorted by a key, with `-` for descending order; '' is the latest first."""
+    by_name = sorted(runs, key=lambda run: run.name.casefold())
+    if sort.removeprefix("-") not in ("", "age"):
+        return sort_runs(by_name, sort)
+    # Running runs change all the time; they would swap places each time.
+    return sorted(
+        by_name,
+        key=lambda run: -math.inf if run.state == "running" else -run.changed,
+        reverse=sort.startswith("-"),
+    )
 
-    def _title(self, column: Column, width: int) -> Text:
-        arrow = ("▼" if self.descending else "▲") if column.name == self.order else ""
-        room = width - len(arrow)
-        titles = column.titles or (column.name,)
-        title = next((title for title in titles if len(title) <= room), titles[-1])
-        title = f"{title[:room]}{arrow}"
-        return _text(title, "", right=column.right)
 
-    def _row(self, run: Overview, layout: Sequence[tuple[Column, int]], now: float) -> list[Text]:
-        return [self._cell(run, column, width, now) for column, width in layout]
+def _rows(runs: Sequence[Overview], key: str) -> Iterable[Row]:
+    """Yield a row for each run, below a heading for each value of a key; '' groups none."""
+    groups: dict[str, list[Overview]] = {}
+    for run in runs:
+        value = value_of(run, key) if key else ""
+        values = value if isinstance(value, tuple) and value else (value,)
+        for one in values:
+            groups.setdefault(str(one) if one not in (None, ()) else f"no {key}", []).append(run)
+    for title, members in groups.items():
+        group = Group(title, tuple(members))
+        if key:
+            yield Row(group)
+        for run in members:
+            yield Row(group, run)
 
-    def _cell(self, run: Overview, column: Column, width: int, now: float) -> Text:
-        style = ""
-        match column.name:
-            case "run":
-                marked = run.path in self.marked
-                mark = (MARK, INKS["primary"]) if marked else (NO_MARK, "dim")
-                name = clip_name(run.name, width - len(MARK))
-                return Text.assemble(mark, (name, "bold"), no_wrap=True)
-            case "body" | "fitness":
-                text = run.plugins.get("organism" if column.name == "body" else "fitness", "")
-            case "generation":
-                text = f"{run.generation}/{run.generations}" if run.generations else ""
-            case "best":
-                text = "" if run.best is None else number(run.best, 4)
-            case "curve":
-                text = _sparkline(run.curve, width, self.scale(run))
-                style = INKS["primary"]
-            case "state":
-                text, colour = STATES[run.state]
-                style = INKS[colour]
-            case _:
-                text = (ago if width >= COLUMNS["changed"].width + 2 else age)(now - run.changed)
-        return _text(clip(text, width), style, right=column.right)
+
+def _place_of(row: Row | None, rows: Sequence[Row]) -> int | None:
+    """Return the place of a row, or else of its run in another group; None without either."""
+    if row is None:
+        return None
+    keys = [one.key for one in rows]
+    if row.key in keys:
+        return keys.index(row.key)
+    paths = [path for _, path in keys]
+    path = row.run.path if row.run else None
+    return paths.index(path) if path is not None and path in paths else None
 
 
 def scales(runs: Iterable[Overview]) -> dict[Comparable, Scale]:
@@ -285,20 +525,51 @@ def _range(curve: tuple[float, ...]) -> Scale | None:
     return (min(finite), max(finite)) if finite else None
 
 
-def _text(text: str, style: str, *, right: bool) -> Text:
-    return Text(text, style=style, justify="right" if right else "left", no_wrap=True)
+def _heading_cell(group: Group, name: str, width: int) -> str:
+    if name == "name":
+        count = f" {len(group.runs)}"
+        return HEADING + clip(group.title, width - len(HEADING) - len(count)) + count
+    return number(group.best, 4) if name == "score" and group.best is not None else ""
 
 
-def _matching(runs: Iterable[Overview], words: str) -> list[Overview]:
-    wanted = words.casefold().split()
-    return [
-        run
-        for run in runs
-        if all(
-            word in f"{run.name} {' '.join(run.plugins.values())} {run.state} {run.note}".casefold()
-            for word in wanted
-        )
-    ]
+def _text_of(run: Overview, key: str, now: float) -> str:
+    """Return the value of a key as text; '' without one."""
+    match key:
+        case "generation":
+            return f"{run.generation}/{run.generations}" if run.generations else ""
+        case "age":
+            return age(now - run.changed)
+        case "time":
+            return duration(run.seconds)
+        case "note":
+            return " ".join(run.note.split())
+    value = value_of(run, key)
+    if key == "score" and value is not None:
+        return number(float(value), 4)  # type: ignore[arg-type]
+    match value:
+        case None:
+            return ""
+        case bool():
+            return str(value).lower()
+        case int():
+            return f"{value:,}" if key == "evaluations" else str(value)
+        case float():
+            return f"{value:.4g}".replace("-", "−")
+        case tuple():
+            return ", ".join(map(str, value))
+    return value
+
+
+def _fit(text: Text, width: int, *, right: bool = False) -> Text:
+    """Pad or cut a text to a width in cells."""
+    space = width - text.cell_len
+    if space < 0:
+        text.truncate(width)
+    elif right:
+        text.pad_left(space)
+    else:
+        text.pad_right(space)
+    return text
 
 
 def details(
@@ -325,6 +596,8 @@ def details(
         facts = [f"seed {run.seed}", f"evolved for {duration(run.seconds)}"]
         if run.stage > 1:
             facts.append(f"stage {run.stage}")
+        if run.tags:
+            facts.append(f"tags {', '.join(run.tags)}")
         if scale is not None:  # of all runs with this body and fitness
             facts.append(f"curve from {number(scale[0])} to {number(scale[1])}")
         lines += [
@@ -353,21 +626,21 @@ def _first_lines(note: str) -> list[str]:
 
 
 def no_runs(
-    folder: Path, count: int, words: str, problem: GaitsimError | None, colours: Mapping[str, str]
+    folder: Path, among: str, words: str, problem: GaitsimError | None, colours: Mapping[str, str]
 ) -> Text:
     """Return the reason why no run is shown.
 
     Args:
         folder: folder of runs.
-        count: number of runs.
-        words: words of the filter.
+        among: the runs to which the filter was applied, such as 'the 3 runs'; '' without runs.
+        words: the filter.
         problem: reason why the folder cannot be read; None if it can be read.
         colours: colours by the name of the theme's variable.
     """
     if problem is not None:
         return Text(visible_lines(str(problem)), style=colours["error"])
-    if count:
-        return Text(f"None of the {count} runs matches “{words}”.")
+    if among:
+        return Text(f"None of {among} matches “{words}”.")
     return Text.assemble(
         (f"There are no runs in {folder}/ yet.\n\n", "bold"),
         "Press ",
