@@ -53,6 +53,7 @@ API = {
             "gaitsim.sharing.challenge.Challenge",
             "gaitsim.imitation.imitating.imitate",
             "gaitsim.comparing.compare",
+            "gaitsim.comparing.importance",
             "gaitsim.comparing.Comparison",
             "gaitsim.experiment.load_experiment",
             "gaitsim.experiment.load_atlas",

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from gaitsim.actions.action import DASK, WORKERS, Action, argument
+from gaitsim.actions.action import DASK, JSON, WORKERS, Action, argument
 from gaitsim.console import INTERRUPTED
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError, RunError
@@ -17,15 +17,19 @@ if TYPE_CHECKING:
     from gaitsim.evaluation import Executor
     from gaitsim.study.confirmation import ReachedTarget
     from gaitsim.study.file import Cell, Study
+    from gaitsim.study.importance import Importance
     from gaitsim.study.running import Best
 
 
 class RunStudy(Action):
-    """Evolve every combination of chosen options, and write a table and figures.
+    """Evolve every combination of chosen options, and say which of them matter.
 
     The file of the study lists the options and their values; each combination is a cell. If the
     file sets a target score, gaitsim also evolves new repeats of the cells that reach the target
     with the fewest evaluations, to confirm that they reach it ('confirm' in the file).
+
+    The importance of an option is the share of the variance of the scores that it explains.
+    --json prints it for scripts.
 
     Ctrl-C stops the study and keeps finished cells; to continue, pass the folder of the study.
 
@@ -56,6 +60,7 @@ class RunStudy(Action):
         unset="a folder in studies/ named after the study",
         placeholder="FOLDER",
     )
+    json_lines: bool = JSON
 
     def free_folder(self) -> Path:
         """Check the study, and return a new folder for it.
@@ -73,12 +78,14 @@ class RunStudy(Action):
     def do(self) -> None:
         """Run the cells, and write the results."""
         from gaitsim.console.cluster import cluster
-        from gaitsim.console.printing import output, print_table, report_files
+        from gaitsim.console.printing import print_json
+        from gaitsim.render.plots.importance import plot_importance
         from gaitsim.render.plots.surfaces import plot_surfaces
         from gaitsim.storage.files.folder import check_links, create_folder
         from gaitsim.storage.lock import RunLock
         from gaitsim.study.file import STUDY, cells, experiment_files, read_study
-        from gaitsim.study.results import TABLE, rule, summary, title, write_results
+        from gaitsim.study.importance import importances
+        from gaitsim.study.results import write_results
         from gaitsim.study.running import results
 
         resumed = os.path.lexists(Path(self.study) / STUDY)
@@ -101,17 +108,40 @@ class RunStudy(Action):
                 reached = _confirm(folder, study, found, self.workers, executor)
                 if reached is None:
                     _exit_stopped(folder)
-                write_results(folder, study, found, reached)
+                importance = importances(study, found)
+                write_results(folder, study, found, reached, importance)
                 plot_surfaces(folder, study, found)
+                plot_importance(folder, importance)
             finally:
                 lock.release()
-        console = output()
-        if study.target is not None:
-            console.print(f"\n{title(study)}", style="bold")
-            print_table(*summary(study, reached))
-            console.print(f"Rule: {rule(study)}.", style="dim")
-        report_files(folder / TABLE)
-        console.print(f"\nTable: {folder / TABLE}")
+        if self.json_lines:
+            print_json({"folder": str(folder), "importance": [one.to_dict() for one in importance]})
+            return
+        _print(folder, study, reached, importance)
+
+
+def _print(
+    folder: Path,
+    study: Study,
+    reached: Sequence[ReachedTarget],
+    importance: Sequence[Importance],
+) -> None:
+    from gaitsim.console.printing import output, print_table, report_files
+    from gaitsim.study.importance import COLUMNS, RULE
+    from gaitsim.study.results import TABLE, rule, summary, title
+
+    console = output()
+    if study.target is not None:
+        console.print(f"\n{title(study)}", style="bold")
+        print_table(*summary(study, reached))
+        console.print(f"Rule: {rule(study)}.", style="dim")
+    for one in importance:
+        console.print(f"\n{one.title}", style="bold")
+        if one.shares:
+            print_table(COLUMNS, one.rows, numbers=COLUMNS[1:3])
+        console.print(f"{' '.join([*one.notes, RULE])}.", style="dim")
+    report_files(folder / TABLE)
+    console.print(f"\nTable: {folder / TABLE}")
 
 
 def _run(
