@@ -10,10 +10,13 @@ from rich.cells import cell_len
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.widgets import Input, Static
+from waiting import until
 
-from gaitsim.live.process import background_state, start_detached
+from gaitsim.live.process import background_state, kill, start_detached
 from gaitsim.render.terminal.text import ago, duration, number
 from gaitsim.storage import growing
+from gaitsim.storage.background import background_processes
+from gaitsim.storage.creation import create_run
 from gaitsim.storage.lock import RunLock, is_locked
 from gaitsim.storage.manage import list_trash, read_note, read_tags, write_tags
 from gaitsim.storage.query import value_of
@@ -561,6 +564,30 @@ class TestBackground:
             await driver.press("x")
             await driver.until(lambda: "■ stopped" in rows(driver)[names(driver).index("b")])
             assert background_state(path) is None
+
+    @pytest.mark.slow
+    async def test_a_queued_run_starts_earlier_or_later(self, here, puppet, drive, monkeypatch):
+        monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
+        slow = ("organism.pause=0.01", "evolution.generations=100000")
+        for name in "abc":
+            path = create_run(puppet(*slow), Path("runs") / name)
+            start_detached(path)
+            wanted = "queued" if name > "a" else "running"
+            until(lambda path=path, wanted=wanted: background_state(path) == wanted)
+        async with drive() as driver:
+            await driver.until(lambda: "2 queued" in driver.screen.sub_title)
+            table = driver.screen.query_one("#runs")
+            await driver.press("home", *["down"] * names(driver).index("c"))
+            await driver.until(lambda: table.run.name == "c" and "home.earlier" in driver.offered())
+            for key, order in [("<", "c, b"), (">", "b, c"), (">", "b, c")]:
+                driver.app.notified.clear()
+                await driver.press(_character_to_key(key))
+                await driver.until(lambda order=order: f"queue {order}" in driver.notifications())
+            await driver.press(*["up"] * names(driver).index("c"), "home")
+            await driver.press(*["down"] * names(driver).index("a"))
+            await driver.until(lambda: "home.later" not in driver.offered())
+        for process in background_processes():
+            kill(process.run)
 
 
 class TestMouse:

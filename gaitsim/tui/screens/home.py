@@ -60,6 +60,7 @@ other terminals.
   **Stop**, **tag** and **delete** apply to all marked runs.
 - **Delete** moves runs to the trash for 30 days. `z` undoes the last deletion, name, note or tags;
   `Z` lists the trash.
+- `<` and `>` move a queued run to start **earlier** or **later**.
 - **Export** gait files, plots, videos and analyses of a run in the background.
 - **Note** attaches a note to a run, **rename** changes its name.
 - **Gallery** (`B`) writes a web site of all runs in the folder.
@@ -489,6 +490,8 @@ other terminals.
                 return "The run is evolving; press x to stop it first."
             case "stop" if not any(one.evolves for one in chosen):
                 return "The run is not evolving."
+            case "requeue" if run is None or run.state != "queued":
+                return "The run does not wait in the queue of background runs."
             case "rename" if run is not None and run.evolves:
                 return "The run is evolving; press x to stop it first."
             case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if (
