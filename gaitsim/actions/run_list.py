@@ -186,16 +186,19 @@ class ListRuns(Action):
 
             watch(self.root, query, json=self.json_lines)
             return
-        every = list_overviews(self.root, _read_in_full)
+        keys = [*view.columns, view.sort.removeprefix("-"), view.group]
+        keys += [condition.key for condition in query.conditions]
+        times = self.json_lines or "time" in keys
+        every = list_overviews(self.root, _read_in_full, times=times)
         with _error_at("--where"):
             found = query.select(every)
-        for place, keys in (
+        for place, given in (
             ("--columns", view.columns),
             ("--sort", (view.sort.removeprefix("-"),)),
             ("--group", (view.group,)),
         ):
             with _error_at(place):
-                check_keys(filter(None, keys), every)
+                check_keys(filter(None, given), every)
         if self.save_view is not None:
             save_view(replace(view, name=self.save_view))
             notice(f"Saved the view. Use it: gaitsim runs --view {self.save_view}")

@@ -20,7 +20,7 @@ from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.storage.creation import create_run, fork_run
 from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import create_folder, exports_folder
-from gaitsim.storage.manage import delete_run
+from gaitsim.storage.manage import delete_run, empty_trash, list_trash, restore_run, trash_run
 from gaitsim.storage.writer import RunWriter
 
 STEPS = ("fsync", "rename", "replace", "mkdir", "link", "unlink", "rmdir", "ftruncate", "write")
@@ -31,7 +31,7 @@ FAULTS = {  # the error, 0 to end the process, and whether all later steps fail,
     "killed": (0, False),
 }
 RUN, COPY = Path("runs/puppet"), Path("runs/copy")
-LOCKS = (".lock", ".lock-owner")
+LASTING = (".lock", ".lock-owner", ".trash")
 ENDED, REFUSED, CRASHED = 0, 2, 3
 
 
@@ -62,6 +62,19 @@ def delete():
         delete_run(RUN)
     else:
         create_folder(RUN, {"experiment.toml": ""})
+
+
+def trash():
+    if not RUN.exists():
+        for one in list_trash(RUN.parent):
+            restore_run(one)
+    if not RUN.exists():
+        create_folder(RUN, {"experiment.toml": ""})
+    trash_run(RUN)
+    (one,) = list_trash(RUN.parent)
+    restore_run(one)
+    trash_run(RUN)
+    empty_trash(RUN.parent)
 
 
 def export():
@@ -119,7 +132,7 @@ def steps_of(work):
 
 
 def main(stride):
-    works = (run, resume, fork, delete, export, compare)
+    works = (run, resume, fork, delete, trash, export, compare)
     steps = {work: steps_of(work) for work in works}
     cases = [(work, name, at) for work in works for name in FAULTS for at in range(steps[work])]
     wrong = []
@@ -128,7 +141,7 @@ def main(stride):
         code, lasting = FAULTS[name]
         ended = in_child(partial(with_fault, work, at, code, lasting))
         again = in_child(work)
-        left = [str(path) for path in Path("runs").rglob(".*") if path.name not in LOCKS]
+        left = [str(path) for path in Path("runs").rglob(".*") if path.name not in LASTING]
         if ended not in (ENDED, REFUSED) or again != ENDED or left:
             wrong.append([work.__name__, name, at, ended, again, left])
     print(json.dumps({"cases": len(cases[::stride]), "wrong": wrong}))

@@ -37,6 +37,7 @@ def check(path):
     for name in COMPARED:
         assert getattr(listed, name) == getattr(expected, name), name
     assert str(listed.problem) == str(expected.problem)
+    assert listed.seconds == pytest.approx(expected.seconds)
     return listed
 
 
@@ -78,6 +79,14 @@ def test_a_run_that_a_process_writes_is_running(make, full_reads):
     lock = RunLock(path)
     assert check(path).state == "running"
     lock.release()
+    assert not full_reads
+
+
+def test_times_are_left_out_if_they_are_not_needed(make, full_reads):
+    path = make()
+    (listed,) = list_overviews(path.parent, read_in_full, times=False)
+    assert listed.seconds == 0
+    assert listed.terms == overview(path).terms
     assert not full_reads
 
 
