@@ -55,6 +55,8 @@ API = {
             "gaitsim.comparing.compare",
             "gaitsim.comparing.importance",
             "gaitsim.comparing.Comparison",
+            "gaitsim.study.importance.Importance",
+            "gaitsim.study.importance.Share",
             "gaitsim.experiment.load_experiment",
             "gaitsim.experiment.load_atlas",
             "gaitsim.experiment.Experiment",

@@ -80,6 +80,7 @@ class RunStudy(Action):
         from gaitsim.console.cluster import cluster
         from gaitsim.console.printing import print_json
         from gaitsim.render.plots.importance import plot_importance
+        from gaitsim.render.plots.parallel import plot_cells
         from gaitsim.render.plots.surfaces import plot_surfaces
         from gaitsim.storage.files.folder import check_links, create_folder
         from gaitsim.storage.lock import RunLock
@@ -112,6 +113,7 @@ class RunStudy(Action):
                 write_results(folder, study, found, reached, importance)
                 plot_surfaces(folder, study, found)
                 plot_importance(folder, importance)
+                plot_cells(folder, study, found)
             finally:
                 lock.release()
         if self.json_lines:

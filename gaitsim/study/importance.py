@@ -154,11 +154,11 @@ def _percent(share: float) -> str:
     return f"{100 * share:.1f} %"
 
 
-def importance_of(folder: Path) -> list[Importance]:
-    """Return the importance of the options of a finished study in a folder; see `importances`.
+def read_cells(folder: Path) -> tuple[Study, list[tuple[Cell, Best]], int]:
+    """Return the study in a folder, its finished cells with their results, and the number missing.
 
     Raises:
-        GaitsimError: the folder holds no study, or cells are missing.
+        GaitsimError: the folder holds no study.
     """
     if not (folder / STUDY).is_file():
         raise GaitsimError(
@@ -168,10 +168,20 @@ def importance_of(folder: Path) -> list[Importance]:
     study, _ = read_study(str(folder / STUDY))
     every = cells(study, folder, str(folder / STUDY))
     found, missing = results(folder, study, every)
+    return study, found, len(missing)
+
+
+def importance_of(folder: Path) -> list[Importance]:
+    """Return the importance of the options of a finished study in a folder; see `importances`.
+
+    Raises:
+        GaitsimError: the folder holds no study, or cells are missing.
+    """
+    study, found, missing = read_cells(folder)
     if missing:
         raise GaitsimError(
-            f"{len(found):,} of {len(every):,} cells of the study {folder} are finished; the "
-            "importance of its options needs all of them",
+            f"{len(found):,} of {len(found) + missing:,} cells of the study {folder} are finished; "
+            "the importance of its options needs all of them",
             remedy=f"run the remaining cells: {command('study', folder)}",
         )
     return importances(study, found)

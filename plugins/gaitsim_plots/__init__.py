@@ -149,6 +149,21 @@ class FrontPlot(KeptPlot):
     needs: ClassVar[str] = "gaitsim.render.plots.data:require_front"
 
 
+class ParallelPlot(KeptPlot):
+    """The members of a front or an archive in parallel coordinates."""
+
+    title: ClassVar[str] = "Parallel coordinates"
+    function: ClassVar[str] = "gaitsim_plots.parallel:members_figure"
+    needs: ClassVar[str] = "gaitsim_plots.parallel:require_members"
+    measures: Names | None = option(
+        None,
+        "measure of the body that has an axis, besides the objectives and the score; an unknown "
+        "name lists all measures",
+        placeholder="NAME",
+        flag="--measure",
+    )
+
+
 class ArchivePlot(KeptPlot):
     """The best score in each cell of an archive."""
 

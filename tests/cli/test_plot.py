@@ -42,7 +42,7 @@ def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished,
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
     assert "No plot of kind 'channel': 'joints' draws the channel 'joint_angles'" in done.stderr
     assert "No plot of kind 'footfall': organism 'puppet'" in done.stderr
-    for kind in ("stability", "phase", "runs", "search", "front", "archive"):
+    for kind in ("stability", "phase", "runs", "search", "front", "parallel", "archive"):
         assert f"No plot of kind {kind!r}" in done.stderr
 
 

@@ -138,7 +138,7 @@ def drawn(spider_run, bundled):
         if kind == "feedback":
             feeling = {"organism.reflexes": {"heading": {}}, "organism.drive": DRIVE}
             return draw(kind, robot_request(**feeling).but(**more))
-        runs = {"phase": "millipede", "front": "spider-front"}
+        runs = {"phase": "millipede", "front": "spider-front", "parallel": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
         if kind == "runs":
@@ -278,7 +278,7 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
         assert panel.get_ylabel() == name
         assert panel.lines[0].get_xdata().tolist() == run.history["evaluations"].tolist()
         assert panel.lines[0].get_ydata().tolist() == run.history[f"search:{name}"].tolist()
-    for kind in ("search", "archive", "front"):
+    for kind in ("search", "archive", "front", "parallel"):
         with pytest.raises(NothingToPlotError, match="genetic"):
             load_product("plot", kind, {}).check(puppet_run().individual())
         with pytest.raises(NothingToPlotError, match="genetic"):

@@ -306,6 +306,12 @@ class MembersScreen(GaitScreen, Generic[V]):
         if answer is not None:
             self.plot.go_to(check(answer))
 
+    def action_parallel(self) -> None:
+        """Show all members in parallel coordinates."""
+        from gaitsim.tui.screens.parallel import Parallel
+
+        self.app.push_screen(Parallel.of_run(*self.choice[:2]))
+
     def action_play(self) -> None:
         canvas = self.pane.canvas
         canvas.playing = not canvas.playing

@@ -37,7 +37,30 @@ class MemberView(Protocol):
 V = TypeVar("V", bound=MemberView)
 
 
-class MemberPlot(Cells, Generic[V], can_focus=True):
+class MemberCells(Cells):
+    """A picture in the inks of `gaitsim.render.terminal.member_picture`."""
+
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"members--axis", "members--empty", "members--pointer"}
+    DEFAULT_CSS = """
+    MemberCells {
+        width: 1fr; height: 1fr;
+        & > .members--axis { color: $foreground 80%; }
+        & > .members--empty { color: $foreground 25%; }
+        & > .members--pointer { color: #ff2d95; }
+        &:light > .members--pointer { color: #d6006c; }
+    }
+    """
+
+    def ink_styles(self) -> list[Style]:
+        """Return the styles of axes, cursor, empty cells, and pairs of colours."""
+        colours = [self.ink_style(f"members--{part}").color for part in _PARTS]
+        names = [colour.name if colour is not None else "default" for colour in colours]
+        if self.app.no_color:  # else the pointer would be dark grey
+            names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
+        return [self.ink_style() + Style.parse(style) for style in styles(*names)]
+
+
+class MemberPlot(MemberCells, Generic[V], can_focus=True):
     """Members along one or two axes; arrow keys and clicks move the cursor between them.
 
     Args:
@@ -50,16 +73,6 @@ class MemberPlot(Cells, Generic[V], can_focus=True):
         marks: one-column characters shown on members, by number.
     """
 
-    COMPONENT_CLASSES: ClassVar[set[str]] = {"members--axis", "members--empty", "members--pointer"}
-    DEFAULT_CSS = """
-    MemberPlot {
-        width: 1fr; height: 1fr;
-        & > .members--axis { color: $foreground 80%; }
-        & > .members--empty { color: $foreground 25%; }
-        & > .members--pointer { color: #ff2d95; }
-        &:light > .members--pointer { color: #d6006c; }
-    }
-    """
     BINDINGS = bindings("map cursor")
 
     @dataclass
@@ -156,14 +169,6 @@ class MemberPlot(Cells, Generic[V], can_focus=True):
         placed = ((found.place_of(number), mark) for number, mark in self.marks.items())
         marks = {place: mark for place, mark in placed if place is not None}
         return found.draw(self._place, marks)
-
-    def ink_styles(self) -> list[Style]:
-        """Return the styles of axes, cursor, empty cells, and pairs of colours."""
-        colours = [self.ink_style(f"members--{part}").color for part in _PARTS]
-        names = [colour.name if colour is not None else "default" for colour in colours]
-        if self.app.no_color:  # else the pointer would be dark grey
-            names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
-        return [self.ink_style() + Style.parse(style) for style in styles(*names)]
 
     def action_move(self, across: int, up: int) -> None:
         found = self._find()

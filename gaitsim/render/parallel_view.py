@@ -1,0 +1,232 @@
+"""Parallel coordinates: an axis for each quantity, and a line across them for each item.
+
+Inselberg 1985, "The plane with parallel coordinates". The items are the members of a front or an
+archive, or the cells of a study.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gaitsim.contracts import Members
+from gaitsim.errors import GaitsimError, unknown
+from gaitsim.evaluation.scoring import move_genomes
+from gaitsim.experiment import Experiment
+from gaitsim.individual import Individual
+from gaitsim.registry import plugin_errors
+from gaitsim.render.ticks import labels, ticks
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.study.file import EXPERIMENT, Cell, Scalar, Study
+from gaitsim.study.running import Best
+
+MAX_CHOICES = 12  # an option with more numbers has an axis of numbers instead of one of choices
+MAX_VALUE = 1e300  # limit of values, so that the difference of two is finite
+SPREAD = 0.5  # distance between the outermost items with the same choice, in choices
+_CHUNK = 100  # members that are simulated at once
+SCORE = "score"
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class ParallelAxis:
+    """One axis.
+
+    Attributes:
+        name: name of the quantity.
+        values: value of each item, (items,); NaN if unknown.
+        unit: unit of the values, or ''.
+        better: 'max' or 'min' if more or less is better, else ''.
+        choices: words of the values 0, 1, 2 …; () for an axis of numbers.
+    """
+
+    name: str
+    values: Floats
+    unit: str = ""
+    better: Literal["max", "min", ""] = ""
+    choices: tuple[str, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """The name with the unit."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+    @cached_property
+    def ends(self) -> tuple[float, float]:
+        """The values at both ends of the axis, which differ."""
+        if self.choices:
+            return -0.5, len(self.choices) - 0.5
+        known = np.clip(self.values[np.isfinite(self.values)], -MAX_VALUE, MAX_VALUE)
+        low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+        if high - low <= max(1e-9 * max(abs(low), abs(high)), 1e-300):
+            half = 0.1 * abs(low) or 1.0
+            return low - half, high + half
+        return low, high
+
+    def share(self, values: Floats) -> Floats:
+        """Return the position of values along the axis, 0 to 1; NaN for values that are not."""
+        low, high = self.ends
+        known = np.where(np.isfinite(values), np.clip(values, -MAX_VALUE, MAX_VALUE), np.nan)
+        shares: Floats = (known - low) / (high - low)
+        return shares
+
+    def ticks(self, most: int) -> list[tuple[float, str]]:
+        """Return at most about `most` positions along the axis with the words or numbers there."""
+        if self.choices:
+            step = -(-len(self.choices) // max(most, 1))
+            at = np.arange(0, len(self.choices), step)
+            words = [self.choices[index] for index in at.tolist()]
+            return list(zip(self.share(at.astype(float)).tolist(), words, strict=True))
+        values = ticks(*self.ends, most)
+        return list(zip(self.share(values).tolist(), labels(values), strict=True))
+
+    def text(self, item: int) -> str:
+        """Return the value of an item, with the unit."""
+        value = float(self.values[item])
+        if np.isnan(value):
+            return "–"
+        if self.choices:
+            return self.choices[int(value)]
+        return f"{value:.4g} {self.unit}".rstrip().replace("-", "−")
+
+
+@dataclass(frozen=True, eq=False)
+class ParallelView:
+    """Items along parallel axes.
+
+    Attributes:
+        axes: the axes; the last one is the score.
+        items: plural of the noun for a line, such as 'members'.
+    """
+
+    axes: tuple[ParallelAxis, ...]
+    items: str
+
+    @property
+    def scores(self) -> Floats:
+        """The score of each item, (items,); NaN if it has none."""
+        return self.axes[-1].values
+
+    @cached_property
+    def shares(self) -> Floats:
+        """The position of each item along each axis, (items, axes); NaN if unknown.
+
+        Items with the same choice are side by side, ordered by score.
+        """
+        rank = np.argsort(np.argsort(np.nan_to_num(self.scores, nan=-np.inf), kind="stable"))
+        beside = SPREAD * (rank / max(len(rank) - 1, 1) - 0.5)
+        return np.stack(
+            [axis.share(axis.values + (beside if axis.choices else 0)) for axis in self.axes],
+            axis=1,
+        )
+
+    @property
+    def best(self) -> int | None:
+        """Index of the item with the highest score; None if no item has a score."""
+        known = np.isfinite(self.scores)
+        return int(np.argmax(np.where(known, self.scores, -np.inf))) if known.any() else None
+
+    @classmethod
+    def of_run(cls, run: RunSnapshot, measures: Sequence[str] = ()) -> "ParallelView":
+        """Return the members of a run's front or archive.
+
+        Args:
+            run: the run.
+            measures: measures of the body for more axes; they are simulated.
+
+        Raises:
+            GaitsimError: the run has no members, or a measure is unknown.
+        """
+        members = run.members
+        if members is None:
+            name = run.experiment.entries["search"].name
+            raise GaitsimError(
+                f"the search {name!r} keeps neither a front nor an archive",
+                where=str(run.path),
+                allowed="a search that does, such as nsga-2 or map-elites",
+            )
+        directions: Mapping[str, Literal["max", "min"]] = {}
+        if members.cells is None:
+            directions = getattr(run.experiment.search, "objectives", {})
+        first = _first(run, members)
+        axes = [
+            ParallelAxis(name, values, _unit(first, name), directions.get(name, ""))
+            for name, values in members.values.items()
+            if name != SCORE
+        ]
+        experiment = run.experiment_at(run.generation)
+        axes += _measured(experiment, members, [one for one in measures if one != SCORE])
+        axes.append(ParallelAxis(SCORE, members.scores, _unit(first, SCORE), "max"))
+        return cls(tuple(axes), "members")
+
+    @classmethod
+    def of_study(cls, study: Study, found: Sequence[tuple[Cell, Best]]) -> "ParallelView":
+        """Return the finished cells of a study: their options and mean last best scores.
+
+        A cell in which a repeat failed has no score.
+
+        Raises:
+            GaitsimError: no cell is finished.
+        """
+        if not found:
+            raise GaitsimError(
+                f"no cell of the study {study.name} is finished",
+                remedy="let the study run until some cells are finished",
+            )
+        axes = []
+        for axis in (EXPERIMENT, *study.axes):
+            values: list[Scalar] = (
+                [*study.experiments] if axis == EXPERIMENT else study.values(axis)
+            )
+            if len(values) < 2:
+                continue
+            points = [cell.point[axis] for cell, _ in found]
+            numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
+            if numbers and len(values) > MAX_CHOICES:
+                axes.append(ParallelAxis(axis, np.array(points, np.float64)))
+            else:
+                at = np.array([values.index(point) for point in points], np.float64)
+                axes.append(ParallelAxis(axis, at, choices=tuple(map(str, values))))
+        with np.errstate(over="ignore"):
+            means = np.array([best[:, -1].mean() for _, best in found])
+        scores = np.where(np.isfinite(means), means, np.nan)
+        units = {cell.experiment.fitness.unit for cell, _ in found}
+        unit = units.pop() if len(units) == 1 else ""
+        axes.append(ParallelAxis("mean best score", scores, unit, "max"))
+        return cls(tuple(axes), "cells")
+
+
+def _first(run: RunSnapshot, members: Members) -> Individual | None:
+    from gaitsim.individual import Member
+
+    return run.individual(Member(1)) if len(members.scores) else None
+
+
+def _unit(first: Individual | None, name: str) -> str:
+    return first.unit_of(name) if first is not None else ""
+
+
+def _measured(
+    experiment: Experiment, members: Members, names: Sequence[str]
+) -> Iterator[ParallelAxis]:
+    """Simulate the members and yield the axes of their measures."""
+    if not names or not len(members.scores):
+        return
+    found: dict[str, list[Floats]] = {name: [] for name in names}
+    units: dict[str, str] = {}
+    for start in range(0, len(members.scores), _CHUNK):
+        motion = move_genomes(experiment, members.genomes[start : start + _CHUNK])
+        with plugin_errors(experiment.entries["organism"], "measuring a population"):
+            known = experiment.organism.measures(motion)
+        for name in names:
+            if name not in known:
+                raise unknown("measure", name, known)
+            found[name].append(np.asarray(known[name].values, np.float64))
+            units[name] = known[name].unit
+    for name, parts in found.items():
+        if name not in members.values:
+            yield ParallelAxis(name, np.concatenate(parts), units[name])
