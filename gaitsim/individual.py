@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.arguments import check_workers
-from gaitsim.contracts import Motion, Skeleton
+from gaitsim.contracts import Motion, RealSpace, Skeleton
 from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
 from gaitsim.evaluation.worlds import Ranges, World, describe
 from gaitsim.evolution import Generation
@@ -456,3 +456,14 @@ class Individual(ReprMixin):
             for name, one in self.measurements.items()
         }
         return {**self._repr_fields(), "measures": measured}
+
+
+def standing_skeleton(experiment: Experiment) -> Skeleton:
+    """Return the skeleton for the central genome, whose motion starts in the standing pose."""
+    space = experiment.space()
+    middle = (
+        (space.lower + space.upper) / 2
+        if isinstance(space, RealSpace)
+        else space.random(1, np.random.default_rng(0))[0]
+    )
+    return Individual(experiment, 0.0, {}, genome=middle).skeleton

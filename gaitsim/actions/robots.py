@@ -27,8 +27,7 @@ from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import command
 
 if TYPE_CHECKING:
-    from gaitsim.contracts import Skeleton
-    from gaitsim.experiment import Experiment, Overrides
+    from gaitsim.experiment import Overrides
 
 
 UNUSABLE = 1  # exit code
@@ -103,6 +102,7 @@ class CheckRobot(Action):
         from gaitsim.experiment import load_experiment, parse_assignments
         from gaitsim.experiment.loading import reader_of
         from gaitsim.gait.gait_files import check_folder
+        from gaitsim.individual import standing_skeleton
         from gaitsim.render.film import write_still
 
         file, picture, model_out = self.file, self.picture, self.model_out
@@ -124,7 +124,7 @@ class CheckRobot(Action):
                 with plugin_errors(experiment.entries["organism"], "describing itself"):
                     facts = experiment.organism.describe()
                 warnings = experiment.warnings()
-                skeleton = None if picture is None else _standing_skeleton(experiment)
+                skeleton = None if picture is None else standing_skeleton(experiment)
         except GaitsimError as error:
             self._exit(error, overrides)
         body = experiment.organism
@@ -199,19 +199,3 @@ def _check_model_out(path: Path) -> None:
             remedy="choose a different name, or delete the file first",
         )
     check_folder(path)
-
-
-def _standing_skeleton(experiment: Experiment) -> Skeleton:
-    """Return the skeleton for the central genome, whose motion starts in the standing pose."""
-    import numpy as np
-
-    from gaitsim.contracts import RealSpace
-    from gaitsim.individual import Individual
-
-    space = experiment.space()
-    middle = (
-        (space.lower + space.upper) / 2
-        if isinstance(space, RealSpace)
-        else space.random(1, np.random.default_rng(0))[0]
-    )
-    return Individual(experiment, 0.0, {}, genome=middle).skeleton

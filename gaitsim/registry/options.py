@@ -1,5 +1,6 @@
 """Options of plugins: their allowed values in words, and values from a command line."""
 
+import re
 import types
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
@@ -32,8 +33,8 @@ _BOUNDS = {
     "lt": "< {}",
     "le": "≤ {}",
     "multiple_of": "divisible by {}",
-    "min_length": "at least {} long",
-    "max_length": "at most {} long",
+    "min_length": "of at least {} long",
+    "max_length": "of at most {} long",
 }
 
 
@@ -50,9 +51,7 @@ def unit(field: FieldInfo) -> str:
 
 def type_and_bounds(field: FieldInfo) -> str:
     """Return the type and bounds of an option, such as 'a number ≥ 0.2 and ≤ 5'."""
-    return (
-        declared(field, "allowed") or f"{_type(field.annotation)} {_bounds(field.metadata)}".strip()
-    )
+    return declared(field, "allowed") or _bounded(_type(field.annotation), field.metadata)
 
 
 def allowed(field: FieldInfo) -> str:
@@ -74,13 +73,17 @@ def default(field: FieldInfo) -> str:
     return literal(to_jsonable_python(value, serialize_unknown=True))
 
 
-def _bounds(metadata: list[Any]) -> str:
-    return " and ".join(
+def _bounded(kind: str, metadata: list[Any]) -> str:
+    """Return a type with its bounds, such as 'a string of at least 1 character'."""
+    what = "character" if kind.startswith("a string") else "value"
+    bounds = " and ".join(
         form.format(_number(getattr(item, name)))
         for name, form in _BOUNDS.items()
         for item in metadata
         if getattr(item, name, None) is not None
     )
+    bounds = re.sub(r"\b(\S+) long", lambda m: f"{m[1]} {what}{'s' * (m[1] != '1')}", bounds)
+    return f"{kind} {bounds}".strip()
 
 
 def _number(value: Any) -> str:
@@ -100,7 +103,7 @@ def _type(annotation: Any) -> str:
             for item in members[1:]
             for bound in (item.metadata if isinstance(item, FieldInfo) else [item])
         ]
-        return f"{_type(members[0])} {_bounds(bounds)}".strip()
+        return _bounded(_type(members[0]), bounds)
     choices = list(_choices(annotation))
     if choices:
         return " or ".join(map(literal, choices))

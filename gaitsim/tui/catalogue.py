@@ -91,8 +91,13 @@ def read_catalogue() -> Catalogue:
     return Catalogue(
         {kind: classes for kind, (classes, _) in found.items()},
         {(kind, name): error for kind in found for name, error in found[kind][1].items()},
-        tuple(map(_preset, registry.entries(EXPERIMENTS))),
+        read_outlines(),
     )
+
+
+def read_outlines() -> tuple[Preset, ...]:
+    """Read the outlines of all presets, without importing plugins."""
+    return tuple(map(_preset, registry.entries(EXPERIMENTS)))
 
 
 def _preset(name: str) -> Preset:

@@ -1,4 +1,4 @@
-"""The user's settings: `config.toml` with a theme, notifications, and keys by their action.
+"""The user's settings: `config.toml` with a theme, notifications, hints, and keys by action.
 
 Invalid settings are reported and ignored; the valid ones apply.
 """
@@ -53,6 +53,7 @@ class Config:
         theme: name of the chosen theme; None without a choice.
         notify: whether the end of a background run rings the bell and notifies the desktop.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
+        hints: whether screens show hints about keys.
         problems: problems of the file.
     """
 
@@ -60,6 +61,7 @@ class Config:
     theme: str | None = None
     notify: bool = True
     keys: Mapping[str, str] = field(default_factory=dict)
+    hints: bool = True
     problems: tuple[GaitsimError, ...] = ()
 
 
@@ -83,6 +85,7 @@ class _Tui(BaseModel):
     model_config = ConfigDict(extra="forbid")
     theme: str | None = None
     notify: StrictBool = True
+    hints: StrictBool = True
 
 
 class _File(BaseModel):
@@ -96,6 +99,7 @@ _ALLOWED = {
     "keys": "a section [keys]",
     "tui.theme": "the name of a theme in quotes",
     "tui.notify": "true or false",
+    "tui.hints": "true or false",
 }
 
 
@@ -126,7 +130,8 @@ def read_config(path: Path) -> Config:
     except GaitsimError as error:
         problems.append(error)
         theme = None
-    return Config(path, theme, found.tui.notify, found.keys, tuple(problems))
+    tui = found.tui
+    return Config(path, theme, tui.notify, found.keys, tui.hints, tuple(problems))
 
 
 def _read(path: Path) -> str:

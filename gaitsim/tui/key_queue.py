@@ -20,7 +20,16 @@ _RETRY = 0.02  # seconds
 
 
 class Settled(Message):
-    """A message that follows a key through the same widgets, up to the app."""
+    """A message that follows a key through the same widgets, up to the app.
+
+    Attributes:
+        after: widget to follow once more, behind the messages that it posted for the key, such as
+            that of Enter in a field; None the second time.
+    """
+
+    def __init__(self, after: MessagePump | None) -> None:
+        super().__init__()
+        self.after = after
 
 
 class KeyQueue(App[None]):
@@ -57,7 +66,10 @@ class KeyQueue(App[None]):
         await self._settle(event)
 
     async def _settle(self, event: Settled) -> None:
-        self._settling.discard(event)
+        if event in self._settling:
+            self._settling.discard(event)
+            if event.after is not None:
+                self._wait_for(event.after, again=False)
         await self._deliver()
 
     async def _deliver(self) -> None:
@@ -84,9 +96,9 @@ class KeyQueue(App[None]):
             for worker in self.workers
         )
 
-    def _wait_for(self, pump: MessagePump) -> None:
+    def _wait_for(self, pump: MessagePump, *, again: bool = True) -> None:
         """Hold keys until a widget and its ancestors have handled their messages."""
-        event = Settled()
+        event = Settled(pump if again else None)
         if pump.post_message(event):
             self._settling.add(event)
             self.set_timer(LOST, partial(self._settle, event))

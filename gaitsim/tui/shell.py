@@ -24,6 +24,7 @@ from textual.widgets import DataTable, Input, OptionList, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import Config, format_problem, remember_theme
+from gaitsim.tui.hints import Hints, state_path
 from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
@@ -37,6 +38,7 @@ from gaitsim.tui.themes import DEFAULT, THEMES, ink_styles
 
 if TYPE_CHECKING:
     from gaitsim.tui.builder import ExperimentBuilder
+    from gaitsim.tui.catalogue import Catalogue
 
 # The movements, and the action for each in three kinds of widgets.
 _MOVES = ("down", "up", "first", "last", "page_down", "page_up")
@@ -110,6 +112,8 @@ class Shell(ViKeys):
         tasks: commands in the background.
         mirror: content of the terminal, and the number of bytes sent to it.
         drafts: unsaved new runs by preset, the latest last.
+        hints: how often the user has used keys; None without hints.
+        catalogue: installed plugins; None until a screen has read them.
     """
 
     _has_inks = False  # whether the console knows the colours of a theme
@@ -127,7 +131,9 @@ class Shell(ViKeys):
         self.clock = clock
         self.tasks = Tasks(self._task_changed)
         self.drafts: dict[str, ExperimentBuilder] = {}
+        self.catalogue: Catalogue | None = None
         self._config = config
+        self.hints = Hints(state_path()) if config is not None and config.hints else None
         for ours in THEMES:
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
@@ -180,7 +186,17 @@ class Shell(ViKeys):
         """
         if isinstance(default_namespace, Screen) and not default_namespace.is_mounted:
             return False
+        if self.hints is not None and default_namespace is not None:
+            self._count(action, default_namespace)
         return await super().run_action(action, default_namespace, namespaces)
+
+    def _count(self, action: Any, node: DOMNode) -> None:
+        """Count the use of an action of a widget or a screen, for the hints."""
+        assert self.hints is not None, "else there are no hints"
+        names = {one.id or "" for _, one in node._bindings if one.action == action}
+        if [name for name in names if self.hints.count(name)]:
+            self.run_worker(self.hints.save, thread=True, group="hints", exclusive=True)
+            self.screen.refresh_bindings()
 
     def show_error(self, error: GaitsimError) -> None:
         """Show an error as plain text."""

@@ -63,7 +63,7 @@ class Many(BaseModel):
         ("legs", "4 or 6"),
         ("gait", '"trot" or "pace"'),
         ("both", '"none" or "auto" or a number'),
-        ("label", "a string at least 1 long and at most 3 long"),
+        ("label", "a string of at least 1 character and of at most 3 characters"),
         ("ratio", "a whole number divisible by 2"),
         ("pair", "a list of 2 values: a number, a number"),
         ("row", "a list of values, each a whole number"),

@@ -93,6 +93,12 @@ _NAMES = {" ": "space", "[": "left_square_bracket", "]": "right_square_bracket",
 _NAMES |= {"-": "minus", "/": "slash", "_": "underscore"}
 
 
+@pytest.fixture(autouse=True)
+def state_folder(tmp_path, monkeypatch):
+    """Keep counts of used keys out of the home folder."""
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+
+
 @pytest.fixture
 def config(here):
     """Return a function that reads settings from a text."""

@@ -193,7 +193,7 @@ class TestFollowing:
                 return poll(watch, progress)
 
             monkeypatch.setattr(growing.RunsWatcher, "poll", slow)
-            await driver.press("n")
+            await driver.press("n", "enter")
             await driver.at("New")
             walk("new")
             await driver.press("escape")

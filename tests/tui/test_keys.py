@@ -17,7 +17,9 @@ from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.columns_dialog import ColumnsDialog
 from gaitsim.tui.screens.damage import JointDialog
 from gaitsim.tui.screens.export_dialog import ExportDialog
+from gaitsim.tui.screens.files import ChooseFile
 from gaitsim.tui.screens.help import Help, Jump
+from gaitsim.tui.screens.presets import Presets
 from gaitsim.tui.screens.questions import Ask, Choose, Confirm, NoteDialog, Pick
 from gaitsim.tui.screens.study_dialog import SWEEP, StudyDialog
 from gaitsim.tui.screens.verify import AskCode, ShowCode
@@ -131,6 +133,8 @@ DIALOGS = {
     "StudyDialog": lambda home: StudyDialog(SWEEP),
     "ShowCode": lambda home: ShowCode("A code", "gaitsim1-abc"),
     "AskCode": lambda home: AskCode(),
+    "Presets": lambda home: Presets(),
+    "ChooseFile": lambda home: ChooseFile(),
     "JointDialog": lambda home: JointDialog(["hip"], {}, lambda joint, text: None),
     "Help": Help,
     "Jump": Jump,
@@ -168,7 +172,9 @@ async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
         (["ctrl+p"], "CommandPalette"),
         (["u", "n"], "StudyDialog"),
         (["u", "c"], "StudyDialog"),
-        (["n", "slash"], "CommandPalette"),
+        (["n"], "Presets"),
+        (["n", "ctrl+l"], "ChooseFile"),
+        (["n", "enter", "slash"], "CommandPalette"),
     ],
 )
 async def test_dialogs_receive_a_burst_after_their_keys(two, drive, received, opening, dialog):
@@ -178,4 +184,4 @@ async def test_dialogs_receive_a_burst_after_their_keys(two, drive, received, op
         send(driver.app, *opening, *MANY)
         total = characters + len(MANY)
         await driver.until(lambda: sum(map(len, received.values())) == total, 15)
-        assert received[dialog] == MANY
+        assert received[dialog] == MANY, dict(received)

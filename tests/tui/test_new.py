@@ -4,7 +4,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
-from textual.widgets import Input, OptionList, Select, Tab
+from textual.widgets import Button, Input, OptionList, Select, Tab
 
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import KINDS, options
@@ -68,6 +68,14 @@ async def stop_run(driver, live):
     await driver.until(lambda: live.process is not None or live.state == "finished")
     live.action_stop()
     await driver.until(lambda: live.process is None)
+
+
+async def choose(driver, words):
+    """Choose the first preset with the words."""
+    await driver.press("ctrl+g")
+    await driver.at("Presets")
+    await driver.type(words)
+    await driver.press("enter")
 
 
 class TestForms:
@@ -260,25 +268,23 @@ class TestLoading:
         Path("bad [b].toml").write_text("[[[")
         async with fill(begin=begin) as (driver, screen):
             assert what in status(screen)
-            assert begin in choices(screen.query_one("#preset", Select))
-            screen.query_one("#preset", Select).value = "millipede"
+            assert begin in str(screen.query_one("#preset", Button).label)
+            await choose(driver, "millipede random")
             await driver.until(lambda: screen.validation is not None)
-            assert screen.validation.forms["organism"].plugin == "millipede"
+            assert screen.builder.preset.reference == "millipede-random"
 
     @pytest.mark.slow
     async def test_loading_a_preset_asks_before_discarding_changes(self, fill):
         async with fill() as (driver, screen):
             field = (await open_section(driver, screen, "evolution"))["evolution.population"]
             await enter(driver, screen, field, "12")
-            preset = screen.query_one("#preset", Select)
-            before = preset.value
-            preset.value = "fly"
+            await choose(driver, "fly")
             await driver.at("Confirm")
             assert driver.text(".dialog-about") == "1 change will be discarded."
             await driver.press("n")
-            await driver.until(lambda: preset.value == before)
+            await driver.until(lambda: driver.screen is screen)
             assert screen.builder.changes
-            preset.value = "fly"
+            await choose(driver, "fly")
             await driver.at("Confirm")
             await driver.press("y")
             await driver.until(lambda: screen.validation.forms["organism"].plugin == "fly")
@@ -289,9 +295,10 @@ class TestLoading:
         async with fill() as (driver, screen):
             Path("mine.toml").write_text(load_experiment("millipede", {"seed": 77}).to_toml())
             await driver.press("ctrl+l")
-            ask = await driver.at("Ask")
-            ask.query_one(Input).value = "mine.toml"
-            await driver.press("enter")
+            await driver.at("ChooseFile")
+            await driver.type("mi")
+            await driver.until(lambda: driver.screen.query_one(OptionList).option_count == 1)
+            await driver.press("tab", "enter")
             await driver.until(lambda: screen.query_one("#seed", Input).value == "77")
             assert screen.command_line() == "gaitsim run ./mine.toml"
 

@@ -385,7 +385,7 @@ class TestKeys:
             )
             assert "live" not in driver.notifications()
             await driver.press("r")
-            await driver.at("New")
+            await driver.at("Presets")
 
 
 class TestEnding:

@@ -22,7 +22,7 @@ from gaitsim.tui.keys import NAMED, PREFIX, bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.terminal_output import ContrastFilter
 from gaitsim.tui.themes import is_ours
-from gaitsim.tui.widgets.footer import Footer, Header
+from gaitsim.tui.widgets.footer import Footer, Header, HintLine
 
 if TYPE_CHECKING:
     from gaitsim.individual import Which
@@ -90,6 +90,8 @@ class GaitScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         yield Header()
         yield from self.content()
+        if self.gaitsim.hints is not None:
+            yield HintLine(self.gaitsim.hints)
         yield Footer()
 
     def content(self) -> ComposeResult:
@@ -195,6 +197,13 @@ class GaitScreen(Screen[None]):
         load = partial(individual_drive, f"{run}{mark}", changes)
         options = [part for key in changes for part in ("--set", f"{key}={json.dumps([*damage])}")]
         self.show_screen("steering.Steering", load, command("steer", f"{run}{mark}", *options))
+
+    @work(group="ask")
+    async def ask_preset(self) -> None:
+        """Ask for a preset, and create a run from it."""
+        reference = await self.app.push_screen_wait(_screen("presets.Presets", self.gaitsim.drafts))
+        if reference is not None:
+            self.show_screen("new.New", reference)
 
     def action_files(self) -> None:
         """Show the files exported from the run."""

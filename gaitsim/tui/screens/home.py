@@ -514,7 +514,7 @@ other terminals.
         self.open_listed(self.current())
 
     def action_new(self) -> None:
-        self.show_screen("new.New")
+        self.ask_preset()
 
     def action_plugins(self) -> None:
         self.show_screen("plugins.Plugins")

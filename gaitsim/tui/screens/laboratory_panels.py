@@ -228,7 +228,8 @@ def describe_walk(
         cells = min(width - text.cell_len - len(percent) - fallen - 1, BAR)
         if cells > 2:
             filled = round(min(max(share, 0.0), 1.0) * cells)
-            text.append(" ").append("█" * filled, colours[ink])
+            full = "█" * filled if share <= 1 else "█" * (filled - 1) + "▶"  # beyond the bar
+            text.append(" ").append(full, colours[ink])
             text.append("░" * (cells - filled), "dim")
         text.append(percent, colours[ink])
     if walk.fell is not None:

@@ -268,7 +268,8 @@ def status_line(snapshot: Snapshot, state: str, width: int, styles: Styles) -> T
     numbers = f"{snapshot.generation:,}/{snapshot.generations:,}"
     rest = Text()
     if snapshot.evaluations_per_second > 0:
-        rest.append(f"  {snapshot.evaluations_per_second:,.0f} evaluations/s")
+        speed = f"{snapshot.evaluations_per_second:,.0f}"
+        rest.append(f"  {speed} evaluation{'s' * (speed != '1')}/s")
     left = snapshot.seconds_left
     if left is not None and not snapshot.ended:
         rest.append(f"  {duration(left)} left")

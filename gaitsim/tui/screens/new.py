@@ -1,7 +1,7 @@
 """New run: a preset whose every option can be changed, checked while typing."""
 
 import asyncio
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, cast
@@ -13,7 +13,7 @@ from textual.command import DiscoveryHit, Hit, Hits, Provider
 from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.events import DescendantFocus
-from textual.widgets import Input, Label, Select, Static
+from textual.widgets import Button, Input, Label, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS, options
@@ -32,13 +32,18 @@ from gaitsim.tui.builder import (
     validate,
 )
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
+from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import CommandPalette, GaitScreen, PaletteCommand
+from gaitsim.tui.screens.files import ChooseFile
+from gaitsim.tui.screens.presets import Presets
 from gaitsim.tui.screens.questions import Ask, Confirm
 from gaitsim.tui.widgets.form import Field, Part, Sections
 
 KEYS = ("name", "seed")
+PRESET = 26  # cells of the name of a preset
 DEFAULT_PRESET = "spider"  # preset used if there is no draft
+POLL = 0.02  # seconds between two looks whether the plugins are loaded
 DEBOUNCE = 0.15  # seconds without a key before the text is checked
 
 
@@ -61,35 +66,20 @@ async def ask_save(screen: GaitScreen, name: str, toml: str) -> bool:
     return True
 
 
-async def ask_load(screen: GaitScreen) -> str | None:
-    """Ask for the file of an experiment or a robot; return its path, or None."""
-    ask = Ask("Load the file", "./", about="The TOML file of an experiment or a robot.")
-    answer = await screen.app.push_screen_wait(ask)
-    if answer is None:
-        return None
-    path = Path(answer).expanduser()
-    # A path with a folder is not mistaken for a preset's name.
-    return str(path) if path.name != str(path) else f"./{path}"
-
-
 class ExperimentHead(Horizontal):
-    """A choice of presets, and two inputs whose IDs are the keys of their options."""
+    """The preset, and two inputs whose IDs are the keys of their options."""
 
     def compose(self) -> ComposeResult:
         yield Label("start from ")
-        yield Select[str]([], prompt="…", compact=True, id="preset")
+        yield Button("…", compact=True, id="preset")
         yield Label(" name ")
         yield Input(compact=True, id="name")
         yield Label(" seed ")
         yield Input(compact=True, id="seed", type="text")
 
-    def fill_presets(self, known: Sequence[str], chosen: str) -> None:
-        """Offer presets, and select one of them or an experiment file."""
-        names = known if chosen in known else [*known, chosen]
-        select = self.query_one("#preset", Select)
-        with self.prevent(Select.Changed):
-            select.set_options([(Text(visible(name)), name) for name in names])
-            select.value = chosen
+    def show_preset(self, reference: str) -> None:
+        """Show the name of a preset or the path of a file."""
+        self.query_one("#preset", Button).label = Content(f"{clip_name(reference, PRESET)} ▾")
 
     def fill(self, builder: ExperimentBuilder) -> None:
         """Show the name and the seed."""
@@ -178,10 +168,10 @@ class New(GaitScreen):
     SUB_TITLE = "new run"
     CSS_PATH = "new.tcss"
     HELP_TEXT = """
-Start from a preset and change any option. Each tab is a part of the experiment, with the options
-that its plugin declares. Problems appear below the option as you type, and a ✗ marks the tab. Only
-plugins that work with the body are offered; choosing a different body also replaces parts that do
-not.
+Start from a preset, or from a different one with Ctrl-G, and change any option. Each tab is a part
+of the experiment, with the options that its plugin declares. Problems appear below the option as
+you type, and a ✗ marks the tab. Only plugins that work with the body are offered; choosing a
+different body also replaces parts that do not.
 
 The screen shows the equivalent **command** and the experiment **file**. / or Ctrl-F **searches**
 the options by words. Leaving the screen keeps your changes as a draft, which the next new run
@@ -216,18 +206,20 @@ restores; Ctrl-Z undoes all changes.
         self._loading = self.sections.disabled = True
         try:
             if self.catalogue is None:
-                self.catalogue = await self.in_thread(read_catalogue)
+                known = self.gaitsim.catalogue
+                self.catalogue = known or await self.in_thread(read_catalogue)
+                self.gaitsim.catalogue = self.catalogue
             draft = self.gaitsim.drafts.get(reference)
             builder = draft or ExperimentBuilder(await self.in_thread(load_preset, reference))
             found = await self.in_thread(validate, builder, self.catalogue)
         except GaitsimError as error:
-            self._fill_presets(self.builder.preset.reference if self.builder else reference)
+            self.head.show_preset(self.builder.preset.reference if self.builder else reference)
             self._show_status(str(error), wrong=True)
             self._run_once_loaded = False
         else:
             self.builder = builder
-            self._fill_presets(builder.preset.reference)
-            self.query_one(ExperimentHead).fill(builder)
+            self.head.show_preset(builder.preset.reference)
+            self.head.fill(builder)
             self._show(found)
             if draft:
                 self.notify(
@@ -245,16 +237,13 @@ restores; Ctrl-Z undoes all changes.
 
     # Showing
 
-    def _fill_presets(self, reference: str) -> None:
-        presets = self.catalogue.presets if self.catalogue else ()
-        self.query_one(ExperimentHead).fill_presets([one.name for one in presets], reference)
-
     def _show(self, found: Validation) -> None:
         self.validation = found
         self.sections.show(found)
-        self.query_one(ExperimentHead).show_problems(found.problems.keys())
+        self.head.show_problems(found.problems.keys())
         run = self._run() if found.problems else free_name(self._run())
-        self._show_status(found.summary(run), wrong=bool(found.problems))
+        taken = "" if run == self._run() else f"; the name {self._run().name} is taken"
+        self._show_status(f"{found.summary(run)}{taken}", wrong=bool(found.problems))
         self.query_one("#command", Static).update(Text(visible(f"$ {self.command_line()}")))
         self.refresh_bindings()
 
@@ -262,6 +251,10 @@ restores; Ctrl-Z undoes all changes.
         status = self.query_one("#status", Static)
         status.set_class(wrong, "problem")
         status.update(Text(visible_lines(text)))
+
+    @property
+    def head(self) -> ExperimentHead:
+        return self.query_one(ExperimentHead)
 
     @property
     def sections(self) -> Sections:
@@ -273,7 +266,9 @@ restores; Ctrl-Z undoes all changes.
 
     @work(group="ask")
     async def action_search(self) -> None:
-        """Search the options of all sections."""
+        """Search the options of all sections, once they are loaded."""
+        while self._loading and self.validation is None:
+            await asyncio.sleep(POLL)
         await self.app.push_screen_wait(
             CommandPalette(providers=[OptionSearch], placeholder="Search options: rate, noise, …")
         )
@@ -315,9 +310,14 @@ restores; Ctrl-Z undoes all changes.
             self.builder = choose_plugin(self.validation, section, plugin, self.catalogue)
             self._validate()
 
-    @on(Select.Changed, "#preset")
-    def _preset_chosen(self, event: Select.Changed) -> None:
-        self._replace(str(event.value))
+    @on(Button.Pressed, "#preset")
+    @work(group="ask", exclusive=True)
+    async def action_preset(self) -> None:
+        """Ask for a different preset."""
+        now = self.builder.preset.reference if self.builder else ""
+        reference = await self.app.push_screen_wait(Presets([*self.gaitsim.drafts], now))
+        if reference is not None and reference != now:
+            self._replace(reference)
 
     @work(group="ask", exclusive=True)
     async def _replace(self, reference: str) -> None:
@@ -325,7 +325,6 @@ restores; Ctrl-Z undoes all changes.
         if self.builder is not None and self.builder.changes:
             about = f"{self.builder.changes_text} will be discarded."
             if not await self.app.push_screen_wait(Confirm(f"Load {reference}?", "Load", about)):
-                self._fill_presets(self.builder.preset.reference)
                 return
             self.gaitsim.drafts.pop(self.builder.preset.reference, None)
         self._load_preset(reference)
@@ -420,6 +419,6 @@ restores; Ctrl-Z undoes all changes.
 
     @work(group="ask", exclusive=True)
     async def action_load(self) -> None:
-        reference = await ask_load(self)
+        reference = await self.app.push_screen_wait(ChooseFile())
         if reference is not None:
             self._replace(reference)

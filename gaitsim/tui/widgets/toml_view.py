@@ -25,11 +25,13 @@ class TomlView(ScrollableContainer):
         self._toml = self._key = ""
 
     def compose(self) -> ComposeResult:
-        yield Static("The file appears here once there are no problems.")
+        yield Static("Loading the plugins …")
 
     def show(self, toml: str) -> None:
         """Show a file; '' dims the previous one, because the experiment has problems."""
         self.set_class(not toml, "-stale")
+        if not toml and not self._toml:
+            self.query_one(Static).update("The file appears here once there are no problems.")
         if toml and toml != self._toml:
             self._toml = toml
             self.mark_line(self._key)
