@@ -8,12 +8,13 @@ import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
+from itertools import islice
 from pathlib import Path
 from typing import Any, Literal
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.opening import read_regular
+from gaitsim.opening import open_regular, read_regular
 from gaitsim.registry import KINDS
 from gaitsim.stopping import SearchProgress, stop_reason
 from gaitsim.storage.background import (
@@ -33,7 +34,8 @@ from gaitsim.storage.files.folder import (
 from gaitsim.storage.lock import is_locked
 from gaitsim.storage.manage import read_note, read_tags
 
-LARGEST = 2**26  # bytes of a history that is read quickly
+LARGEST = 2**30  # bytes of a history that is read
+TAIL = 2**16  # bytes at the end of a history that contain the last row
 _HEAD = b"generation,stage,evaluations,best,mean,median,lower quartile,upper quartile,worst,std,"
 _HEAD += b"diversity,seconds"
 _SECONDS = _HEAD.count(b",")
@@ -278,16 +280,17 @@ def _read_history(
     Return None if the history is too short, too large, or damaged where it is read.
     """
     try:
-        data = read_regular(path, LARGEST)
-        count = data.count(b"\n")
-        head = data[: data.find(b"\n")]
-        if not head.startswith(_HEAD) or not 0 < generation < count:
-            return None
-        (names,) = csv.reader([head.decode()])
-        last = data.rsplit(b"\n", count - generation + 1)[1]
-        terms = terms_of(dict(zip(names, map(float, last.split(b",")), strict=True)))
-        lines = data.split(b"\n", generation + 1)[1:-1] if times else []
-        seconds = sum(float(line.split(b",", _SECONDS + 1)[_SECONDS]) for line in lines)
-        return seconds, terms
+        with open_regular(path, LARGEST) as file:
+            head = file.readline(TAIL)
+            (names,) = csv.reader([head.decode()])
+            count = 1 + sum(part.count(b"\n") for part in iter(lambda: file.read(2**20), b""))
+            if not head.startswith(_HEAD) or not 0 < generation < count:
+                return None
+            file.seek(max(0, file.tell() - TAIL))
+            last = file.read().rsplit(b"\n", count - generation + 1)[1]
+            terms = terms_of(dict(zip(names, map(float, last.split(b",")), strict=True)))
+            file.seek(len(head))
+            lines = islice(file, generation) if times else ()
+            return sum(float(line.split(b",", _SECONDS + 1)[_SECONDS]) for line in lines), terms
     except (OSError, ValueError, IndexError, csv.Error):
         return None
