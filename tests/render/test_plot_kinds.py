@@ -161,7 +161,9 @@ def test_every_kind_is_reproducible_and_follows_the_theme(drawn, tmp_path, kind)
     assert pictures[0] == pictures[1]
     save(drawn(kind, theme="dark"), tmp_path / "dark.png", DARK)
     image = matplotlib.image.imread(tmp_path / "dark.png")
-    width = 1530 if kind == "gaits" else 1020  # a column is 86 mm at 300 dots per inch
+    width = (
+        1530 if kind in ("gaits", "parallel") else 1020
+    )  # a column is 86 mm at 300 dots per inch
     assert image.shape[1] == width
     assert image[-1, -1, :3] == pytest.approx([21 / 255, 24 / 255, 28 / 255], abs=0.003)
 

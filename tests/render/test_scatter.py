@@ -5,6 +5,14 @@ import pytest
 
 from gaitsim.contracts import Members
 from gaitsim.render.front_view import FrontView
+from gaitsim.render.terminal.member_picture import (
+    MARKED,
+    NONE,
+    ON_ANY,
+    ON_DARK,
+    ON_LIGHT,
+    ink_of,
+)
 from gaitsim.render.terminal.scatter import Scatter
 
 WORDS = {"speed": "speed (m/s)", "cost": "cost 宽 (J)", "calm": "calm", "score": "score"}
@@ -109,3 +117,15 @@ def test_a_picture_too_small_for_axes_is_blank():
     scatter = Scatter(curved(9), ("speed", "cost"), WORDS, 12, 6)
     assert not scatter.fits
     assert not "".join(drawn(scatter, (0,))[0]).strip()
+
+
+def test_colours_are_visible_on_the_background():
+    view = front(*np.random.default_rng(1).random((30, 3)))
+    for levels in (ON_DARK, ON_LIGHT, ON_ANY):
+        scatter = Scatter(view, ("speed", "cost"), WORDS, *SIZE, colour="calm", levels=levels)
+        inks = np.unique(drawn(scatter)[1])
+        points = {ink_of(level, NONE) for level in levels}
+        assert {int(ink) for ink in inks if ink_of(1, NONE) <= ink < MARKED} - points <= {
+            ink_of(level, level) for level in levels
+        }
+        assert len(points & {*inks.tolist()}) > 3

@@ -27,6 +27,8 @@ VIRIDIS = (
     "#440154", "#481f70", "#443983", "#3b528b", "#31688e", "#287c8e", "#21918c",
     "#20a486", "#35b779", "#5ec962", "#90d743", "#c8e020", "#fde725",
 )  # fmt: skip
+# Levels of points and lines, which have to be visible on the background.
+ON_DARK, ON_LIGHT, ON_ANY = range(4, LEVELS + 1), range(1, LEVELS - 2), range(3, LEVELS - 1)
 POINTER = "#ff2d95"  # a colour absent from viridis, visible on dark and on light
 SHADES = "·░▒▓█"  # an empty cell, and the levels of a scale without colours
 
@@ -59,6 +61,12 @@ class ColourScale:
         share = (scores - self.low) / max(self.high - self.low, 1e-12)
         found = np.clip(np.nan_to_num(share * count, nan=0.0), 0, count - 1).astype(np.intp) + 1
         return np.where(np.isfinite(scores), found, NONE)
+
+
+def inks_of(values: NDArray[np.float64], scale: ColourScale, levels: range) -> Inks:
+    """Return the ink of a point or a line for each value; the lowest one for NaN."""
+    found = np.maximum(scale.levels(values, len(levels)), 1) - 1 + levels[0]
+    return (FIRST + found * KINDS).astype(np.uint8)
 
 
 def ink_of(upper: int, lower: int) -> int:
@@ -267,10 +275,18 @@ class MemberPicture(ABC):
         paper.write(row, self.area.left - 1, "▸", CURSOR)
         paper.write(1 + height, column, "▴", CURSOR)
 
-    def draw_scale(self, paper: Paper, row: int, title: str, scale: ColourScale) -> None:
+    def draw_scale(
+        self,
+        paper: Paper,
+        row: int,
+        title: str,
+        scale: ColourScale,
+        levels: range = range(1, LEVELS + 1),
+    ) -> None:
         """Write a colour scale with the values at its ends."""
         area = self.area
-        count = len(SHADES) - 1 if area.shaded else LEVELS
+        levels = range(1, len(SHADES)) if area.shaded else levels
+        count = len(levels)
         low = ("≤" if scale.extended else "") + number(scale.low, 2)
         high = number(scale.high, 2)
         room = area.columns - len(low) - len(high) - 2
@@ -279,7 +295,7 @@ class MemberPicture(ABC):
         each = max(each, min(room // count, 1))
         paper.write(row, 0, f"{name}{low} ")
         column = len(name) + len(low) + 1
-        for level in range(1, count + 1) if each else ():
+        for level in levels if each else ():
             if area.shaded:
                 paper.write(row, column, SHADES[level] * each)
             else:

@@ -10,13 +10,14 @@ from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_lines,
 from gaitsim.render.terminal.member_picture import (
     CURSOR,
     EMPTY,
-    LEVELS,
     NONE,
+    ON_ANY,
     POINTED,
     Codes,
     ColourScale,
     Paper,
     ink_of,
+    inks_of,
     narrow,
 )
 
@@ -35,6 +36,8 @@ class ParallelPicture:
         flipped: indices of axes whose low end is at the top.
         columns: width of the picture.
         rows: height of the picture.
+        levels: levels of the colours, which depend on the background.
+        shaded: whether all lines but the selected one are faint, for terminals without colours.
     """
 
     def __init__(
@@ -44,9 +47,13 @@ class ParallelPicture:
         flipped: frozenset[int],
         columns: int,
         rows: int,
+        *,
+        levels: range = ON_ANY,
+        shaded: bool = False,
     ) -> None:
         self._view, self._order, self._flipped = view, order, flipped
         self._columns, self._rows = columns, rows
+        self._levels, self._shaded = levels, shaded
         self._height = rows - 2  # below the names and the high ends
         shares = np.array(view.shares)
         at = [*flipped]
@@ -85,8 +92,8 @@ class ParallelPicture:
             draw_points(dots, np.stack([column, high], axis=1), EMPTY)
         known = np.where(np.isfinite(scores), scores, -np.inf)
         items = np.argsort(-known, kind="stable")[:MOST]
-        levels = np.maximum(ColourScale.of(scores).levels(scores, LEVELS), 1)
-        inks = ink_of(0, 0) + levels * (ink_of(1, 0) - ink_of(0, 0))
+        inks = inks_of(scores, ColourScale.of(scores), self._levels)
+        inks = np.full_like(inks, EMPTY) if self._shaded else inks
         self._draw(dots, items, inks[items])
         return dots
 

@@ -15,6 +15,7 @@ from gaitsim.render.terminal.member_picture import (
     LEVELS,
     MARKED,
     NONE,
+    ON_ANY,
     Codes,
     ColourScale,
     MemberPicture,
@@ -22,6 +23,7 @@ from gaitsim.render.terminal.member_picture import (
     PictureArea,
     Place,
     ink_of,
+    inks_of,
     narrow,
     next_ahead,
 )
@@ -47,6 +49,7 @@ class Scatter(MemberPicture):
         rows: height of the picture.
         colour: name of the objective that the colour shows; '' for none.
         others: whether to show the other individuals of the last generation.
+        levels: levels of the colour, which depend on the background.
         shaded: whether to use characters instead of colours.
 
     Attributes:
@@ -63,9 +66,11 @@ class Scatter(MemberPicture):
         *,
         colour: str = "",
         others: bool = True,
+        levels: range = ON_ANY,
         shaded: bool = False,
     ) -> None:
         self._view, self._colour, self._shaded = view, "" if shaded else colour, shaded
+        self._levels = levels
         self._values = np.stack([view.members.values[name] for name in names], axis=1)
         self.shown = np.asarray(np.isfinite(self._values).all(axis=1), np.bool_)
         behind = [view.others.get(name, np.empty(0)) for name in names] if others else []
@@ -157,7 +162,9 @@ class Scatter(MemberPicture):
             if cursor not in (marks or {}):
                 paper.write(row, column, _CURSOR, CURSOR)
         if scale is not None:
-            self.draw_scale(paper, area.rows - 1, self._words[self._colour], scale)
+            arrow = "→" if self._view.directions[self._colour] == "max" else "←"
+            title = f"{self._words[self._colour]}, better {arrow}"
+            self.draw_scale(paper, area.rows - 1, title, scale, self._levels)
         else:
             self._draw_key(paper)
         return paper.codes, paper.inks
@@ -180,8 +187,7 @@ class Scatter(MemberPicture):
             return np.full(count, AXIS if self._shaded else SINGLE, np.uint8), None
         values = self._view.members.values[self._colour]
         scale = ColourScale.of(values)
-        levels = np.where(np.isfinite(values), scale.levels(values, LEVELS), 1)
-        return (ink_of(0, 0) + levels * (ink_of(1, 0) - ink_of(0, 0))).astype(np.uint8), scale
+        return inks_of(values, scale, self._levels), scale
 
     def _cell(self, place: Place) -> tuple[int, int]:
         """Return the row and the column of a member."""

@@ -59,6 +59,11 @@ class ParallelPlot(MemberCells, can_focus=True):
         self._picture = None
         self.select(item)
 
+    def forget_styles(self) -> None:
+        """Discard the styles and the picture, whose levels depend on the theme."""
+        super().forget_styles()
+        self._picture = None
+
     def show_message(self, message: str) -> None:
         """Show a message instead of items."""
         self.message = message
@@ -75,7 +80,15 @@ class ParallelPlot(MemberCells, can_focus=True):
         if self.view is None or not columns or not rows:
             return None
         if self._picture is None or self._drawn_at != (columns, rows):
-            self._picture = ParallelPicture(self.view, self._order, self._flipped, columns, rows)
+            self._picture = ParallelPicture(
+                self.view,
+                self._order,
+                self._flipped,
+                columns,
+                rows,
+                levels=self.levels,
+                shaded=self.app.no_color,
+            )
             self._drawn_at = columns, rows
         return self._picture
 

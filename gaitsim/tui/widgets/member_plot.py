@@ -13,7 +13,13 @@ from gaitsim.contracts import Members
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.render.front_view import FrontView
 from gaitsim.render.terminal.heat_map import HeatMap
-from gaitsim.render.terminal.member_picture import MemberPicture, Place, styles
+from gaitsim.render.terminal.member_picture import (
+    ON_DARK,
+    ON_LIGHT,
+    MemberPicture,
+    Place,
+    styles,
+)
 from gaitsim.render.terminal.scatter import Scatter
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
@@ -50,6 +56,11 @@ class MemberCells(Cells):
         &:light > .members--pointer { color: #d6006c; }
     }
     """
+
+    @property
+    def levels(self) -> range:
+        """The levels of points and lines that are visible on the background."""
+        return ON_DARK if self.app.current_theme.dark else ON_LIGHT
 
     def ink_styles(self) -> list[Style]:
         """Return the styles of axes, cursor, empty cells, and pairs of colours."""
@@ -118,6 +129,11 @@ class MemberPlot(MemberCells, Generic[V], can_focus=True):
         self.view, self.names, self.labels = view, names, words
         self._picture = None
         self.go_to(member)
+
+    def forget_styles(self) -> None:
+        """Discard the styles and the picture, whose levels depend on the theme."""
+        super().forget_styles()
+        self._picture = None
 
     def show_message(self, message: str) -> None:
         """Set the message that is shown until there is a member."""
@@ -210,5 +226,14 @@ class FrontPlot(MemberPlot[FrontView]):
     others = True
 
     def make_picture(self, view: FrontView, columns: int, rows: int) -> Scatter:
-        options = {"others": self.others, "shaded": self.app.no_color}
-        return Scatter(view, self.names, self.labels, columns, rows, colour=self.colour, **options)
+        return Scatter(
+            view,
+            self.names,
+            self.labels,
+            columns,
+            rows,
+            colour=self.colour,
+            others=self.others,
+            levels=self.levels,
+            shaded=self.app.no_color,
+        )
