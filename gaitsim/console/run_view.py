@@ -24,6 +24,7 @@ from gaitsim.render.terminal.text import number
 from gaitsim.storage.files.checkpoint import Start
 from gaitsim.storage.files.folder import command
 from gaitsim.storage.files.history import FIGURE, best_terms, figures_of
+from gaitsim.storage.manage import read_tags
 from gaitsim.storage.snapshot import RunSnapshot
 
 
@@ -168,6 +169,7 @@ def print_run_as_json(run: RunSnapshot) -> None:
         {
             "run": str(run.path),
             "note": _note(run),
+            "tags": _tags(run),
             "background": process.state if (process := run.process) else None,
             "failure": failure.to_dict() if (failure := run.failure) else None,
             "experiment": experiment.name,
@@ -230,6 +232,8 @@ def print_run(run: RunSnapshot) -> None:
     console.print(f"{experiment.name}: {experiment.description}")
     if note := _note(run):
         console.print(note, style="italic")
+    if tags := _tags(run):
+        console.print(f"tags: {', '.join(tags)}")
     process, failure = run.process, run.failure
     if process is not None:
         console.print(f"in the background: {process.state}, process {process.pid}")
@@ -341,6 +345,15 @@ def _note(run: RunSnapshot) -> str:
     except RunError as error:
         notice(f"Warning: {error.what}")
         return ""
+
+
+def _tags(run: RunSnapshot) -> tuple[str, ...]:
+    """Return the tags of a run; print a warning if they cannot be read."""
+    try:
+        return read_tags(run.path)
+    except RunError as error:
+        notice(f"Warning: {error.what}")
+        return ()
 
 
 def _print_stages(run: RunSnapshot, history: Mapping[str, NDArray[np.float64]]) -> None:

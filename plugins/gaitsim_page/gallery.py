@@ -20,7 +20,7 @@ from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.sharing.challenge import code_of
 from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import check_links, create_out_folder, list_runs
-from gaitsim.storage.manage import read_note
+from gaitsim.storage.manage import read_note, read_tags
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.document import asset, escaped, head, program_version
 from gaitsim_page.player import write_page
@@ -44,6 +44,7 @@ class Card:
         worlds: number of worlds, as ' over 4 worlds', or ''.
         generations: number of finished generations.
         note: note of the user, or ''.
+        tags: tags of the user.
         code: challenge code of the champion, or ''.
         pictures: pictures of the champion as WebP data URLs, by theme; {} if it cannot be drawn.
         problems: reasons why parts are missing.
@@ -62,6 +63,7 @@ class Card:
     worlds: str
     generations: int
     note: str
+    tags: tuple[str, ...]
     code: str
     pictures: dict[str, str]
     problems: tuple[str, ...]
@@ -80,9 +82,10 @@ def card_of(run: RunSnapshot, champion: Individual) -> Card:
     experiment = champion.experiment
     problems = []
     note, code = "", ""
+    tags: tuple[str, ...] = ()
     pictures: dict[str, str] = {}
     try:
-        note = read_note(run.path)
+        note, tags = read_note(run.path), read_tags(run.path)
     except GaitsimError as error:
         problems.append(error.what)
     try:
@@ -105,6 +108,7 @@ def card_of(run: RunSnapshot, champion: Individual) -> Card:
         worlds=champion.over_worlds,
         generations=run.generation,
         note=note,
+        tags=tags,
         code=code,
         pictures=pictures,
         problems=tuple(problems),
@@ -198,6 +202,8 @@ def _card(card: Card, rank: int) -> str:
         parts.append(f"<p>{escaped(card.description)}</p>")
     if card.note:
         parts.append(f'<p class="note">{html.escape(visible_lines(card.note))}</p>')
+    if card.tags:
+        parts.append(f"<p>tags: {escaped(', '.join(card.tags))}</p>")
     parts += [f'<p class="problem">{escaped(one)}</p>' for one in card.problems]
     parts.append(_code(card))
     return "<li>\n" + "\n".join(filter(None, parts)) + "\n</li>"

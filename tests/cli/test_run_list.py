@@ -93,6 +93,8 @@ def test_tags_of_one_run_are_added_shown_and_removed(gaitsim, runs):
     assert "has no tags" in gaitsim("tag", "b").stderr
     shown = json.loads(gaitsim("tag", "a", "--json").stdout)
     assert shown == {"run": "runs/a", "tags": ["Größe", "straight"]}
+    assert json.loads(gaitsim("show", "a", "--json").stdout)["tags"] == shown["tags"]
+    assert "\ntags: Größe, straight\n" in gaitsim("show", "a").stdout
     assert "invalid tag: 'a b'" in gaitsim("tag", "a", "a b", code=2).stderr
     assert "good" not in gaitsim("runs", "--columns", "name,tag").stdout
 

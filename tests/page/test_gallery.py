@@ -10,7 +10,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
-from gaitsim.storage.manage import write_note
+from gaitsim.storage.manage import write_note, write_tags
 from gaitsim_page import gallery
 from gaitsim_page.gallery import write_gallery
 
@@ -31,6 +31,7 @@ def runs(tmp_path, puppets, puppet, monkeypatch):
         list(search)
         search.close()
     write_note(folder / HOSTILE, "<script>alert(1)</script>\nsecond line")
+    write_tags(folder / HOSTILE, ["<b>good", "straight"])
     return folder
 
 
@@ -76,6 +77,7 @@ def test_names_and_notes_are_escaped_and_scripts_are_forbidden(runs, tmp_path):
     assert not [name for name, _ in page.attributes if name.startswith("on")]
     assert HOSTILE in page.texts
     assert "<script>alert(1)</script>\nsecond line" in page.texts
+    assert "tags: <b>good, straight" in page.texts
     policy = dict(page.attributes)["content"] and next(
         value for name, value in page.attributes if name == "content" and "default-src" in value
     )
