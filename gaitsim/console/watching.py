@@ -97,11 +97,12 @@ def _table(rows: list[dict[str, Any]]) -> Table | Text:
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name in COLUMNS:
         right = name not in ("run", "state")
-        table.add_column(name, justify="right" if right else "left", no_wrap=True)
+        # In a narrow terminal, only the names are clipped.
+        table.add_column(name, justify="right" if right else "left", no_wrap=name != "run")
     for row in rows:
         rate, left, memory = row["generations_per_second"], row["seconds_left"], row["memory_bytes"]
         table.add_row(
-            Text(visible(row["run"]), overflow="ellipsis"),
+            Text(visible(row["run"]), no_wrap=True, overflow="ellipsis"),
             f"{row['state']} {row['queue_position'] or ''}".rstrip(),
             f"{row['generation']}/{row['generations']}",
             "" if row["best"] is None else number(row["best"], 4),

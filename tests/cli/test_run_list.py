@@ -4,7 +4,9 @@ import json
 import shutil
 
 import pytest
+from rich.console import Console
 
+from gaitsim.console import watching
 from gaitsim.storage.lock import RunLock
 from gaitsim.storage.manage import read_tags, write_tags
 
@@ -158,3 +160,24 @@ def test_watching_prints_the_evolving_runs_once_into_a_pipe(gaitsim, runs):
     name, state, *_, memory, unit = row.split()
     assert (name, state, unit) == ("a", "running", "MB")
     assert float(memory.replace(",", "")) > 10
+
+
+def test_the_watched_table_fits_80_columns():
+    row = {
+        "run": "a-long-name-of-a-run-" * 4,
+        "state": "queued",
+        "queue_position": 12,
+        "generation": 12345,
+        "generations": 100_000,
+        "best": -20.4079,
+        "generations_per_second": 57.1,
+        "seconds_left": 8000.0,
+        "cpu_percent": 154.2,
+        "memory_bytes": 1_234_000_000,
+    }
+    console = Console(width=80, record=True)
+    console.print(watching._table([row]))
+    head, line = console.export_text().splitlines()
+    assert head.split() == ["run", "state", "generation", "best", "gen./s", "left", "CPU", "memory"]
+    shown = "queued 12 12345/100000 −20.4079 57 2 h 13 min 154 % 1,234 MB"
+    assert " ".join(line.split()[1:]) == shown
