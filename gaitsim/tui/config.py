@@ -52,6 +52,7 @@ class Config:
         path: settings file.
         theme: name of the chosen theme; None without a choice.
         notify: whether the end of a background run rings the bell and notifies the desktop.
+        preview: whether home shows the champion under the cursor, if there is room.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
         hints: whether screens show hints about keys.
         problems: problems of the file.
@@ -60,6 +61,7 @@ class Config:
     path: Path
     theme: str | None = None
     notify: bool = True
+    preview: bool = True
     keys: Mapping[str, str] = field(default_factory=dict)
     hints: bool = True
     problems: tuple[GaitsimError, ...] = ()
@@ -86,6 +88,7 @@ class _Tui(BaseModel):
     theme: str | None = None
     notify: StrictBool = True
     hints: StrictBool = True
+    preview: StrictBool = True
 
 
 class _File(BaseModel):
@@ -100,6 +103,7 @@ _ALLOWED = {
     "tui.theme": "the name of a theme in quotes",
     "tui.notify": "true or false",
     "tui.hints": "true or false",
+    "tui.preview": "true or false",
 }
 
 
@@ -131,7 +135,7 @@ def read_config(path: Path) -> Config:
         problems.append(error)
         theme = None
     tui = found.tui
-    return Config(path, theme, tui.notify, found.keys, tui.hints, tuple(problems))
+    return Config(path, theme, tui.notify, tui.preview, found.keys, tui.hints, tuple(problems))
 
 
 def _read(path: Path) -> str:
@@ -157,8 +161,8 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
     return GaitsimError(what, where=where, allowed=allowed, key=key)
 
 
-def remember_theme(path: Path, theme: str) -> None:
-    """Write a theme to the settings; keep the rest of the file, including comments."""
+def remember(path: Path, key: str, value: str | bool) -> None:
+    """Write a key of [tui] to the settings; keep the rest of the file, including comments."""
     import tomlkit
 
     from gaitsim.storage.files.atomic import write_bytes, writing
@@ -169,7 +173,7 @@ def remember_theme(path: Path, theme: str) -> None:
     if not isinstance(parse(text, str(path)).get("tui", {}), dict):
         raise GaitsimError("'tui' must be a section, written as [tui]", where=str(path))
     document = tomlkit.parse(text)
-    document.setdefault("tui", tomlkit.table())[THEME] = theme
+    document.setdefault("tui", tomlkit.table())[key] = value
     write_bytes(path, tomlkit.dumps(document).encode())
 
 

@@ -169,6 +169,9 @@ ACTIONS: dict[str, list[ScreenAction]] = {
                words="saved filter query list", where="At home:"),
         Hidden("save-view", "O", "Save view", "Save the filter, columns, order and groups",
                words="store filter query", where="At home:"),
+        Hidden("preview", "P", "Preview", "Show or hide the champion of the run under the cursor",
+               words="champion motion pane body hide", why="The terminal is too small: at least "
+               "110 × 30 or 150 × 20 characters are needed."),
         Hidden("columns", "C", "Columns", "Choose columns: any option or term of the score",
                words="fields options terms table show hide", where="At home:"),
         Hidden("group", "b", "Group", "Group by body, search, state or tag, or not at all",

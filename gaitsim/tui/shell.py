@@ -23,7 +23,7 @@ from textual.widget import Widget
 from textual.widgets import DataTable, Input, OptionList, Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.config import Config, format_problem, remember_theme
+from gaitsim.tui.config import THEME, Config, format_problem, remember
 from gaitsim.tui.hints import Hints, state_path
 from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
@@ -114,6 +114,7 @@ class Shell(ViKeys):
         drafts: unsaved new runs by preset, the latest last.
         hints: how often the user has used keys; None without hints.
         catalogue: installed plugins; None until a screen has read them.
+        preview: whether home shows the champion under the cursor, if there is room.
     """
 
     _has_inks = False  # whether the console knows the colours of a theme
@@ -134,6 +135,7 @@ class Shell(ViKeys):
         self.catalogue: Catalogue | None = None
         self._config = config
         self.hints = Hints(state_path()) if config is not None and config.hints else None
+        self.preview = config is None or config.preview
         for ours in THEMES:
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
@@ -267,9 +269,13 @@ class Shell(ViKeys):
     def choose_theme(self, name: str) -> None:
         """Change the theme and store it in the settings."""
         self.theme = name
+        self.remember(THEME, name)
+
+    def remember(self, key: str, value: str | bool) -> None:
+        """Store a setting, if the user's settings are read."""
         if self._config is not None:
             try:
-                remember_theme(self._config.path, name)
+                remember(self._config.path, key, value)
             except GaitsimError as error:
                 self.show_error(error)
 

@@ -7,7 +7,7 @@ import pytest
 from mutations import mutations
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.config import Config, check_keys, config_path, read_config, remember_theme
+from gaitsim.tui.config import Config, check_keys, config_path, read_config, remember
 from gaitsim.tui.themes import check_theme
 
 IDS = {"home.delete", "home.new", "app.help"}
@@ -108,7 +108,7 @@ def check_mutations(number, path):
         found = read_config(path)
         reported += bool(found.problems)
         with suppress(GaitsimError):
-            remember_theme(path, "dracula")
+            remember(path, "theme", "dracula")
             assert read_config(path).theme == "dracula"
     assert reported > number // 3
 
@@ -143,19 +143,21 @@ class TestCheck:
 class TestRemember:
     def test_the_rest_of_the_file_is_kept(self, tmp_path):
         path = tmp_path / "deep" / "config.toml"
-        remember_theme(path, "nord")
+        remember(path, "theme", "nord")
         assert read_config(path).theme == "nord"
         path.write_text('# mine\n[keys]\nhome.new = "x" # so\n')
-        remember_theme(path, "dracula")
+        remember(path, "theme", "dracula")
         text = path.read_text()
         assert text.startswith('# mine\n[keys]\nhome.new = "x" # so\n')
         found = read_config(path)
         assert (found.theme, found.keys) == ("dracula", {"home.new": "x"})
+        remember(path, "preview", value=False)
+        assert not read_config(path).preview
 
     @pytest.mark.parametrize("text", [b"tui = 3\n", b"\xff\xfe"])
     def test_unreadable_settings_are_not_overwritten(self, text, tmp_path):
         path = tmp_path / "config.toml"
         path.write_bytes(text)
         with pytest.raises(GaitsimError, match=r"'tui' must be a section|UTF-8"):
-            remember_theme(path, "nord")
+            remember(path, "theme", "nord")
         assert path.read_bytes() == text

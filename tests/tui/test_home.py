@@ -12,6 +12,7 @@ from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 from waiting import until
 
+from gaitsim.errors import RunError
 from gaitsim.live.process import background_state, kill, start_detached
 from gaitsim.render.terminal.text import ago, duration, number
 from gaitsim.storage import growing
@@ -21,7 +22,9 @@ from gaitsim.storage.lock import RunLock, is_locked
 from gaitsim.storage.manage import list_trash, read_note, read_tags, write_tags
 from gaitsim.storage.query import value_of
 from gaitsim.storage.views import read_views
+from gaitsim.tui.config import read_config
 from gaitsim.tui.formatting import clip_name
+from gaitsim.tui.screens import run_preview
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.widgets.run_table import MARK, NARROW, NO_MARK, layout
 
@@ -630,3 +633,88 @@ class TestNavigation:
         async with drive() as driver:
             await driver.press("y")
             assert driver.app.clipboard == "gaitsim show 'runs/two words'"
+
+
+class TestPreview:
+    async def test_the_champion_under_the_cursor_is_shown_after_a_rest(
+        self, walk, drive, monkeypatch
+    ):
+        walk("a")
+        walk("b")
+        walk("empty", 0)
+        reads, load = [], run_preview._load
+        monkeypatch.setattr(run_preview, "_load", lambda run: reads.append(run.name) or load(run))
+        async with drive(size=(110, 34)) as driver:
+            home = driver.screen
+            await driver.until(lambda: home.query("RunPreview"))
+            preview = home.query_one("RunPreview")
+            await driver.until(lambda: "no finished" in preview.canvas.placeholder())
+            await driver.press("down")
+            await driver.until(lambda: preview.canvas.skeleton is not None)
+            assert home.current().name == "b"
+            shown = str(preview.query_one(".figures").render())
+            assert number(home.current().best, 4) in shown
+            assert f"{home.current().evaluations} evaluations" in shown
+            assert not preview.canvas.playing  # without animations
+            await driver.press("down")
+            await driver.until(lambda: reads == ["b", "a"])
+            await driver.until(lambda: preview.canvas.skeleton is not None)
+            await driver.press("up")
+            await driver.until(lambda: preview.canvas.skeleton is not None)
+            assert reads == ["b", "a"]
+
+    async def test_a_run_passed_by_the_cursor_is_not_read(self, walk, drive, monkeypatch):
+        for name in "abcd":
+            walk(name)
+        reads, unshown = [], RunError("not shown")
+        monkeypatch.setattr(run_preview, "_load", lambda run: reads.append(run.name) or unshown)
+        monkeypatch.setattr(run_preview, "REST", 3600)
+        async with drive(size=(110, 34)) as driver:
+            home = driver.screen
+            await driver.until(lambda: home.query("RunPreview"))
+            preview = home.query_one("RunPreview")
+            await driver.press(*["down"] * 3)
+            preview._read()
+            await driver.until(lambda: reads)
+            assert reads == [home.current().name]
+
+    async def test_it_moves_with_the_size_pauses_and_is_hidden_by_a_key(
+        self, walk, drive, config, monkeypatch
+    ):
+        walk("a")
+        settings = config("")
+        async with drive(size=(150, 40), config=settings) as driver:
+            home, app = driver.screen, driver.app
+            app.animation_level = "full"
+            await driver.until(lambda: home.query("RunPreview"))
+            preview = home.query_one("RunPreview")
+            await driver.until(lambda: preview.canvas.playing)
+            table = home.query_one("#runs")
+            assert preview.region.x == table.region.right
+            app.app_focus = False
+            await driver.until(lambda: not preview.canvas.playing)
+            app.app_focus = True
+            await driver.until(lambda: preview.canvas.playing)
+            await driver.pilot.resize_terminal(110, 34)
+            await driver.until(lambda: preview.region.y == table.region.bottom)
+            await driver.pilot.resize_terminal(80, 24)
+            await driver.until(lambda: not preview.display)
+            assert "home.preview" not in driver.offered()
+            await driver.pilot.resize_terminal(110, 34)
+            await driver.until(lambda: preview.display)
+            await driver.press("P")
+            await driver.until(lambda: not preview.display)
+            assert not preview.canvas.playing
+        assert not read_config(settings.path).preview
+
+    async def test_a_champion_that_cannot_be_shown_is_reported(self, walk, drive, monkeypatch):
+        walk("a")
+
+        def fail(run, which):
+            raise RunError("no [b]motion")
+
+        monkeypatch.setattr(run_preview, "load_individual", fail)
+        async with drive(size=(110, 34)) as driver:
+            await driver.until(lambda: driver.screen.query("RunPreview"))
+            canvas = driver.screen.query_one("RunPreview").canvas
+            await driver.until(lambda: "no [b]motion" in canvas.placeholder())

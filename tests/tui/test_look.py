@@ -13,6 +13,7 @@ from gaitsim.storage.growing import RunsWatcher
 from gaitsim.storage.overview import Overview
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.products import all_forms
+from gaitsim.tui.screens import run_preview
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help
 from gaitsim.tui.screens.new import New
@@ -74,6 +75,7 @@ def look(here, monkeypatch, snap_compare):
 
     def look(size, before, runs=RUNS, theme=None):
         monkeypatch.setattr(RunsWatcher, "poll", lambda watch, progress=None: runs)
+        monkeypatch.setattr(run_preview, "REST", 3600)  # these runs cannot be read
         app = GaitsimApp(Path("runs"), clock=lambda: NOW, theme=theme)
 
         async def show(pilot):

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
+from textual.containers import Container
 from textual.reactive import reactive
 from textual.widgets import Input, Static
 
@@ -29,10 +30,12 @@ if TYPE_CHECKING:
     from gaitsim.storage.overview import Overview
     from gaitsim.storage.query import Query
     from gaitsim.storage.views import View
+    from gaitsim.tui.screens.run_preview import RunPreview
     from gaitsim.tui.widgets.run_table import RunTable
 
 USUAL = "home"  # the saved view with the columns of this screen
 LOOKING = "Looking for runs …"
+BESIDE, BELOW = (150, 20), (110, 30)  # minimum columns and rows with a preview
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "tag", "files", "replay", "map", "why", "compare", "export",
@@ -68,6 +71,7 @@ other terminals.
 - A click on a column's title, or `s`, sorts by that column. `C` chooses **columns**: any option and
   any term of the score. `b` **groups** the runs by body, search, state or tag; on the heading of a
   group, space, **tag** and **delete** apply to all its runs.
+- `P` shows or hides the **preview**, in terminals of at least 110 × 30 characters.
 - `/` filters by words and values: `spider score>2`, `state:failed`, `body:spider`, `tag:good`,
   `-tag:bad`, `evolution.population>50`, `age<2d`. `o` lists saved **views**, `O` saves this one.
 """
@@ -82,7 +86,7 @@ other terminals.
         self._watch: RunsWatcher | None = None
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
-        self._height = 0
+        self._height, self._shown_details = 0, Text()
         self._listed: list[Overview] = []  # during the first scan, the runs read so far
         self._next_part = 1  # number of runs at which the table is next updated
         self._next_count = 0.0  # time of the next count, which takes as long to draw as ten runs
@@ -91,6 +95,7 @@ other terminals.
         self._reading = Lock()
         self._query: Query | None = None  # the last valid one
         self._view: View | None = None
+        self._preview: RunPreview | None = None
 
     def content(self) -> ComposeResult:
         """Compose the screen; the table is mounted once runs are read."""
@@ -98,7 +103,8 @@ other terminals.
             placeholder="words, score>2, state:failed, tag:good, …", id="filter", compact=True
         )
         yield Static(id="filter-problem")
-        yield Static(LOOKING, id="empty")
+        with Container(id="listing"):
+            yield Static(LOOKING, id="empty")
         yield Static(id="details")
 
     def on_mount(self) -> None:
@@ -172,7 +178,7 @@ other terminals.
         if self._table is None:
             self._table = RunTable(id="runs")
             self._table.view = self._view or self._table.view
-            self.mount(self._table, before="#details")
+            self.query_one("#listing").mount(self._table)
             self.call_after_refresh(self._show)
             return
         self._table.show(self._listed, self._wanted(), self.gaitsim.clock())
@@ -245,11 +251,42 @@ other terminals.
             width = max(1, self.size.width - 2)
             assert self._table is not None, "it has the cursor"
             text = details(run, INKS, width, self._table.scale(run))
-            height = len(text.wrap(self.app.console, width))
-            # A new layout at each move of the cursor would make it lag.
-            panel.update(text, layout=height != self._height)
-            self._height = height
+            if text != self._shown_details:
+                height = len(text.wrap(self.app.console, width))
+                # A new layout at each move of the cursor would make it lag.
+                panel.update(text, layout=height != self._height)
+                self._height, self._shown_details = height, text
+        self._show_preview(run)
         self.offers = [self.check_action(name, ()) for name in ACTIONS]
+
+    def _show_preview(self, run: "Overview | None") -> None:
+        """Show the champion of a run beside or below the list, if there is room."""
+        shown = self.gaitsim.preview and bool(self.preview_place) and bool(self._listed)
+        if self._preview is None:
+            if not shown or self.runs is None:
+                return
+            from gaitsim.tui.screens.run_preview import RunPreview
+
+            self._preview = RunPreview()
+            self.query_one("#listing").mount(self._preview)
+        beside = shown and self.preview_place == "beside"
+        for part in (self.query_one("#listing"), self._preview):
+            part.set_class(beside, "-beside")
+        self._preview.display = shown
+        self._preview.show(run if shown else None)
+
+    @property
+    def preview_place(self) -> str:
+        """The place of the preview: 'beside' or 'below' the list; '' without room."""
+        width, height = self.size
+        if width >= BESIDE[0] and height >= BESIDE[1]:
+            return "beside"
+        return "below" if width >= BELOW[0] and height >= BELOW[1] else ""
+
+    def action_preview(self) -> None:
+        self.gaitsim.preview = not self.gaitsim.preview
+        self.gaitsim.remember("preview", self.gaitsim.preview)
+        self._details()
 
     def current(self) -> "Overview | None":
         """Return the run under the cursor; None on the heading of a group."""
@@ -362,6 +399,8 @@ other terminals.
             return marked or bool(self.is_mounted and self.query_one("#filter").display)
         if action == "undo":
             return self.undoable
+        if action == "preview":
+            return self.is_mounted and bool(self.preview_place)
         return super().check_action(action, parameters)
 
     # Views

@@ -139,7 +139,7 @@ class ReplayPane(Vertical):
             except GaitsimError as error:
                 self._fail(error)
             except Exception as error:  # shown too, instead of ending the app
-                self._fail(_unexpected_error(error))
+                self._fail(unexpected_error(error))
             else:
                 self._show(shown)
                 if self.which == requested:
@@ -275,7 +275,8 @@ def number_lines(rows: Sequence[tuple[str, float, str]], width: int) -> Iterator
         yield f"{set_cell_size(clip(name, room), room)} {value.rjust(wide)} {after}".rstrip()
 
 
-def _unexpected_error(error: Exception) -> GaitsimError:
+def unexpected_error(error: Exception) -> GaitsimError:
+    """Return the error of an individual that cannot be shown."""
     return GaitsimError(
         f"the individual cannot be shown: {type(error).__name__}: {error}",
         remedy="report it to the authors of gaitsim, with the steps that led to it",

@@ -196,6 +196,7 @@ class RunTable(ScrollView, can_focus=True):
         self._runs: Sequence[Overview] = ()
         self._wanted: Sequence[Overview] = ()
         self._now = 0.0
+        self._lines: dict[int, Strip] = {}  # as drawn last
         self._anchor: Path | None = None  # the run that was marked or unmarked last
         self._scales: Mapping[Comparable, Scale] = {}
 
@@ -254,7 +255,9 @@ class RunTable(ScrollView, can_focus=True):
         tagged = any(run.tags for run in self._runs)
         self.columns = layout(self.size.width, self.view.columns, tagged=tagged)
         self.virtual_size = Size(self.size.width, len(self.rows) + 1)
-        self.refresh()
+        for y in range(self.size.height):  # unchanged lines are not sent to the terminal again
+            if self._lines.get(y) != self._line(y):
+                self.refresh(Region(0, y, self.size.width, 1))
 
     def cells(self, row: Row) -> list[Text]:
         """Return the cells of a row, as wide as their columns."""
@@ -262,6 +265,10 @@ class RunTable(ScrollView, can_focus=True):
 
     def render_line(self, y: int) -> Strip:
         """Return a line: the titles, or a row."""
+        self._lines[y] = line = self._line(y)
+        return line
+
+    def _line(self, y: int) -> Strip:
         width = self.size.width
         at = y - 1 + round(self.scroll_offset.y)
         if y == 0:
@@ -327,10 +334,10 @@ class RunTable(ScrollView, can_focus=True):
                 first = self.cursor_row if self.cursor_row < top else self.cursor_row - room + 1
                 first -= first == 1 and self.rows[0].run is None  # with the heading above
                 self.scroll_to(y=first, animate=False, force=True)
-        for changed in {before, self.cursor_row}:
-            line = changed + 1 - round(self.scroll_offset.y)
-            self.refresh(Region(0, line, self.size.width, 1))
         if self.cursor_row != before:
+            for changed in (before, self.cursor_row):
+                line = changed + 1 - round(self.scroll_offset.y)
+                self.refresh(Region(0, line, self.size.width, 1))
             self.post_message(self.Moved())
 
     def action_scroll_up(self) -> None:
