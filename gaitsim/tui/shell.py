@@ -16,7 +16,7 @@ from textual.binding import Keymap
 from textual.containers import ScrollableContainer
 from textual.dom import DOMNode
 from textual.driver import Driver
-from textual.events import Key
+from textual.events import Key, Resize
 from textual.filter import LineFilter
 from textual.screen import Screen
 from textual.widget import Widget
@@ -159,9 +159,9 @@ class Shell(ViKeys):
         # On Windows, Textual writes in chunks that may end within a sequence.
         return driver if sys.platform == "win32" else mirroring_driver(driver, self.mirror)
 
-    def on_resize(self) -> None:
+    def on_resize(self, event: Resize) -> None:
         """Resend the whole screen."""
-        self.mirror.forget()
+        self.mirror.resize(event.size.width)
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return the filters applied to each line before it is drawn."""

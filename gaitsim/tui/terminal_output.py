@@ -152,10 +152,20 @@ class TerminalMirror:
 
     def __init__(self) -> None:
         self.sent = 0
+        self._columns: int | None = None
+        self.forget()
+
+    def resize(self, columns: int) -> None:
+        """Forget all cells; omit text beyond the new width.
+
+        Until the screen has its new size, widgets are drawn where they were. A terminal would draw
+        their text beyond its edge in its last column.
+        """
+        self._columns = columns
         self.forget()
 
     def forget(self) -> None:
-        """Forget all cells, such as after the terminal is resized or cleared."""
+        """Forget all cells, such as after the terminal is cleared."""
         self._rows: dict[int, list[Cell | None]] = {}
         self._at = LOST  # row and column of the terminal's cursor
         self._pen = PLAIN
@@ -201,6 +211,8 @@ class TerminalMirror:
         self, row: int, first: int, text: str, pen: Pen, runs: defaultdict[Pen, list[Run]]
     ) -> None:
         """Add the characters that differ to the runs of their pen."""
+        if self._columns is not None:
+            text = text[: max(0, self._columns + 1 - first)]
         shown = self._rows.setdefault(row, [])
         end = first + len(text)
         if len(shown) < end:

@@ -97,10 +97,11 @@ def test_a_run_started_in_a_browser_outlives_its_window(
         ground = f"getComputedStyle({place}).backgroundColor"
         window.until(lambda: window.page.evaluate(ground) == "rgb(247, 248, 246)")  # noqa: B023
     window.press("n")
-    window.see("Ready to run")
+    window.see("choose a preset")
     window.press("Control+l")
-    window.see("Load the file")
+    window.see("A robot (URDF, MJCF) or an experiment (TOML)")
     window.page.keyboard.type("long.toml")
+    window.see("long.toml  experiment")
     window.press("Enter")
     window.see("gaitsim run ./long.toml")
     window.press("Control+r")

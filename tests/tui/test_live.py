@@ -289,6 +289,23 @@ class TestSteering:
             await app_until(pilot, lambda: pilot.app.screen is screen)
             assert screen.state == "stopped"
 
+    async def test_options_are_found_by_meaning_and_by_terms_of_the_score(self, make):
+        async with live(make(3)) as (_, pilot):
+            await pilot.press("c")
+            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
+            dialog = pilot.app.screen
+            await app_until(pilot, lambda: options_of(dialog))
+            everything = options_of(dialog)
+            for word in ("terms", "different"):  # in no key
+                await pilot.press(*word)
+                await app_until(pilot, lambda: 0 < options_of(dialog) < everything)
+                await pilot.press(*["backspace"] * len(word))
+                await app_until(pilot, lambda: options_of(dialog) == everything)
+            await pilot.press("down", "home")
+            about = dialog._known[0].about
+            shown = dialog.query_one("#change-message")
+            await app_until(pilot, lambda: about in str(shown.render()))
+
     @pytest.mark.slow
     async def test_an_option_is_completed_before_the_list_is_read(self, make, monkeypatch):
         ready = threading.Event()

@@ -116,3 +116,23 @@ def test_everything_is_sent_after_an_unknown_sequence():
     assert mirror.reduce("\x1b[2J") == "\x1b[2J"
     assert mirror.reduce("walk") == "walk"
     assert mirror.reduce(update) == update
+
+
+@given(st.lists(updates, min_size=1, max_size=5), st.integers(1, COLUMNS - 1))
+def test_nothing_is_written_beyond_a_narrower_terminal(updates, columns):
+    mirror, terminal = TerminalMirror(), Terminal()
+    mirror.resize(columns)
+    for update in updates:
+        data = written(update)
+        if not data.isascii():  # wide characters are written as they are
+            continue
+        terminal.write(mirror.reduce(data))
+        assert all(column <= columns for _, column in terminal.cells)
+
+
+def test_a_frame_at_the_old_width_leaves_no_dots_in_the_last_column():
+    mirror = TerminalMirror()
+    mirror.reduce("\x1b[1;1H\u28ff\u28ff\u28ff\u28ff\x1b[1;1H")
+    mirror.resize(2)
+    assert mirror.reduce("\x1b[1;3H\u28ff\u28ff\x1b[1;1H") == "\x1b[1;1H"  # still the old layout
+    assert mirror.reduce("\x1b[1;1H  \x1b[1;1H") == "  \x1b[1;1H"

@@ -116,11 +116,16 @@ def changeable_options(run: RunSnapshot) -> list[ChangeableOption]:
             )
             about = f"{options.allowed(declared)}. {options.meaning(declared)}"
             found.append(ChangeableOption(f"{section}.{name}", value, about))
+    terms = ", ".join(run.checkpoint.terms) if run.checkpoint is not None else ""
+    notes = {
+        "organism": "name of a different body",
+        "fitness": "name of a different fitness" + (terms and f"; terms of the score now: {terms}"),
+    }
     chosen = [
         ChangeableOption(
             f"{kind}.{PLUGIN}",
             experiment.entries[kind].name,
-            f"name of a different {kind}" if kind != "organism" else "name of a different body",
+            notes.get(kind, f"name of a different {kind}"),
         )
         for kind in experiment.kinds
         if kind != "search"  # fixed too
@@ -297,6 +302,9 @@ class ChangeDialog(Dialog[ChangeRequest | None]):
         try:
             words = parse_words(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
+            if self.focused is self._options and not submit:
+                self._describe()
+                return
             if words and "=" not in words[-1] and not submit:
                 known = self._options.option_count
                 self._show_message(
@@ -382,6 +390,14 @@ class ChangeDialog(Dialog[ChangeRequest | None]):
         """The last typed word."""
         return self._input.value.rpartition(" ")[2]
 
+    @on(OptionList.OptionHighlighted)
+    def _describe(self) -> None:
+        """Show the whole description of the highlighted option while the list has the focus."""
+        at = self._options.highlighted_option
+        if self.focused is self._options and at is not None:
+            one = next(one for one in self._known if one.key == at.id)
+            self._show_message(f"{one.key}: {one.about}")
+
     @on(OptionList.OptionSelected)
     def _chosen(self, event: OptionList.OptionSelected) -> None:
         self._insert(str(event.option.id))
@@ -427,6 +443,7 @@ class ChangeDialog(Dialog[ChangeRequest | None]):
     def action_options(self) -> None:
         """Focus the list."""
         self.set_focus(self._options)
+        self._describe()
 
     def action_complete(self) -> None:
         """Complete the typed word, or move to the next field."""
