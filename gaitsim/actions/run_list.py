@@ -142,6 +142,12 @@ class ListRuns(Action):
     def do(self) -> None:
         """Print the list, or change runs."""
         check_root(self.root)
+        tag = "tag" if self.tag else "untag"
+        exclusive = self.flags_of("watch", "forget_view", "delete", "delete_matching", tag)
+        if self.delete:
+            exclusive += self.flags_of("where", "view")
+        if len(exclusive) > 1:
+            raise not_combinable(*exclusive[:2])
         if self.permanently and not (self.delete or self.delete_matching):
             raise GaitsimError(
                 "--permanently is given without runs to delete",
@@ -151,9 +157,6 @@ class ListRuns(Action):
             forget_view(self.forget_view)
             self._report({"forgotten": self.forget_view}, f"{self.forget_view}: view deleted")
         elif self.delete:
-            if self.where is not None or self.delete_matching:
-                other = "--delete-matching" if self.delete_matching else "--where"
-                raise not_combinable("--delete", other)
             names = self.delete
             paths = [
                 self.root / one if holds_run(self.root / one) else find_run(one) for one in names

@@ -132,8 +132,12 @@ def test_matching_runs_are_deleted_but_not_those_that_evolve(gaitsim, runs):
 
 
 def test_options_that_exclude_each_other_are_one_message(gaitsim, runs):
-    both = ("--delete", "a", "--where", "b")
-    assert "--delete and --where cannot be combined" in gaitsim("runs", *both, code=2).stderr
+    for given, said in {
+        ("--delete", "a", "--where", "b"): "--delete and --where",
+        ("--watch", "--untag", "x"): "--watch and --untag",
+        ("--where", "a", "--delete-matching", "--tag", "x"): "--delete-matching and --tag",
+    }.items():
+        assert f"{said} cannot be combined" in gaitsim("runs", *given, code=2).stderr
     assert "add --delete RUN" in gaitsim("runs", "--permanently", code=2).stderr
 
 
