@@ -36,6 +36,8 @@ class MakePlot(Action):
 
     gaitsim plot spider-atlas --kind archive
 
+    gaitsim plot spider-front --kind parallel --measure "duty factor"
+
     gaitsim plot spider-atlas --kind gaits
 
     gaitsim plot fly --kind channel --channel altitude --generations 1,50,200

@@ -41,6 +41,8 @@ class RunStudy(Action):
 
     gaitsim study studies/mine
 
+    gaitsim study studies/mine --json
+
     gaitsim study millipede-operators --dask tcp://host:8786
     """
 
