@@ -2,6 +2,7 @@
 
 import os
 import shutil
+from dataclasses import replace
 from pathlib import Path
 from threading import Event
 
@@ -204,6 +205,23 @@ class TestFollowing:
             assert "no runs" not in str(home.query_one("#empty").render())
             gate.set()
             await driver.until(lambda: home.query("#runs") and names(driver) == ["new"])
+
+    async def test_a_run_that_fails_can_no_longer_be_stopped(self, walk, drive, monkeypatch):
+        walk("a")
+        async with drive() as driver:
+            home = driver.screen
+            [run] = home.runs
+            states = ["running"]
+            monkeypatch.setattr(
+                growing.RunsWatcher,
+                "poll",
+                lambda watch, progress=None: [replace(run, state=states[-1])],
+            )
+            await look(driver)
+            assert "home.stop" in driver.offered()
+            states.append("failed")
+            await look(driver)
+            assert "home.stop" not in driver.offered()
 
 
 class TestManyRuns:
@@ -633,6 +651,15 @@ class TestNavigation:
         async with drive() as driver:
             await driver.press("y")
             assert driver.app.clipboard == "gaitsim show 'runs/two words'"
+            driver.screen.query_one("#filter", Input).value = "two score>-9"
+            await driver.press("b", "up", "y")
+            line = "gaitsim runs runs --where 'two score>-9' --sort age --group body"
+            assert driver.app.clipboard == line
+            found = [
+                one for one in driver.screen.palette() if one.title.startswith("Copy the list")
+            ]
+            found[0].do()
+            assert driver.app.clipboard == line
 
 
 class TestPreview:

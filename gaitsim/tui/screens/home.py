@@ -352,14 +352,34 @@ other terminals.
         return run.path if run and run.generation and run.problem is None else None
 
     def command_line(self) -> str:
-        run = self.current()
-        if run is None:
-            return ""
+        """Return the command of the run under the cursor, or on a heading, that of the list."""
         from gaitsim.storage.files.folder import (
             command,  # takes 0.25 s, so not before the first paint
         )
 
-        return command("show", run.path)
+        run = self.current()
+        if run is not None:
+            return command("show", run.path)
+        return self._list_command() if self._listed else ""
+
+    def _list_command(self) -> str:
+        """Return the command that prints the list, with its filter, columns, order and groups."""
+        from gaitsim.storage.files.folder import command
+
+        view = self._current_view()
+        options = {
+            "--where": view.where.strip(),
+            "--columns": ",".join(view.columns),
+            "--sort": view.sort or "age",
+            "--group": view.group,
+        }
+        given = [word for name, text in options.items() if text for word in (name, text)]
+        return command("runs", self.gaitsim.folder, *given)
+
+    def _copy_list_command(self) -> None:
+        line = self._list_command()
+        self.app.copy_to_clipboard(line)
+        self.notify(line, title="Copied", markup=False)
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield a command for each saved view and each preset."""
@@ -372,6 +392,12 @@ other terminals.
                 partial(self._show_view, view),
             )
 
+        if self._table is not None:
+            yield PaletteCommand(
+                "Copy the list's command",
+                "Copy the command that prints these runs, sorted and grouped like here",
+                self._copy_list_command,
+            )
         for name in entries(EXPERIMENTS):
             yield PaletteCommand(
                 f"New run: {name}",
