@@ -142,7 +142,8 @@ def screens() -> None:
     """Write screenshots of the terminal UI."""
 
     async def home(app: GaitsimApp, press: Press) -> None:
-        await press("down")
+        await press(*["down"] * 6)  # the spider
+        await asyncio.sleep(6)  # until the preview shows the champion
         _screenshot(app, "tui-home")
 
     async def new(app: GaitsimApp, press: Press) -> None:
@@ -170,7 +171,7 @@ def screens() -> None:
             while screen.snapshot.state not in ("stopped", "finished"):
                 await asyncio.sleep(0.1)
 
-    for visit, lines in ((home, 16), (new, 34), (replay, 34), (live, 40)):
+    for visit, lines in ((home, 34), (new, 34), (replay, 34), (live, 40)):
         asyncio.run(_visit(visit, lines))
 
 

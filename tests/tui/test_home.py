@@ -545,6 +545,9 @@ class TestNamesAndNotes:
             assert sorted(path.name for path in Path("runs").iterdir()) == sorted(
                 {"a", "b", "c"} - {old} | {"new name"}
             )
+            await driver.press("z")
+            await driver.until(lambda: old in names(driver))
+            assert "new name of" in driver.notifications()
 
     @pytest.mark.slow
     async def test_a_note_is_written_shown_and_found(self, walk, drive):
