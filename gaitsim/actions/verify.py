@@ -6,6 +6,8 @@ import math
 import os
 import sys
 from collections.abc import Sequence
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gaitsim.actions.action import (
@@ -18,7 +20,7 @@ from gaitsim.actions.action import (
     not_combinable,
 )
 from gaitsim.console.interrupts import interruptible
-from gaitsim.console.printing import echo, print_json, status
+from gaitsim.console.printing import echo, print_json, print_table, status
 from gaitsim.console.progress_bar import Progress
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError
@@ -42,13 +44,14 @@ class VerifyResults(Action):
     compares its score with the score in the code. That the individual is the best of its
     generation is a statement of the code's author, which nothing can check.
 
-    Given a run, the command checks that the files of the run are consistent, and that
-    experiment.toml has the options of the last generation. Then it reproduces the first and the
-    last generation in full, and the best individual of other generations. With --all, it evolves
-    every generation again from the options and the seed.
+    Given a run, the command compares all its files with one another, and experiment.toml with the
+    options of the last generation. Then it evolves the run again from the options and the seed. Of
+    a run that took more than a minute, it evolves a few generations again, and the best individual
+    of every other; --all evolves all of it. A table says what was compared, and what cannot be
+    known.
 
-    The exit code is 0 if everything is identical, 1 if something differs or a checkpoint is
-    damaged, and 2 if nothing can be verified, such as a missing run or an invalid code.
+    The exit code is 0 if everything is identical, 1 if something differs or a file is damaged, and
+    2 if nothing can be verified, such as a missing run or an invalid code.
 
     [bold]Examples[/bold]
 
@@ -58,6 +61,10 @@ class VerifyResults(Action):
 
     gaitsim verify spider --generations 1,50,100 --json
 
+    gaitsim verify spider --sign ~/.ssh/id_ed25519
+
+    gaitsim verify spider --signers colleagues.txt
+
     gaitsim verify gaitsim1-8gAAAGNl…
 
     gaitsim share spider | gaitsim verify -
@@ -66,11 +73,19 @@ class VerifyResults(Action):
     run: str = argument(RUN_OR_CODE, "RUN|CODE")
     generations: Generations | None = option(
         None,
-        "generations to reproduce",
-        unset="ten, evenly spaced from first to last",
+        "generations to reproduce; in full if their parents are kept",
+        unset="the whole run if it took at most a minute; otherwise a part",
         placeholder="N,N,…",
     )
     all_: bool = option(False, "reproduce the whole run, up to the first difference", flag="--all")
+    sign: Path | None = option(
+        None, "sign the run with this SSH key if it is identical", placeholder="KEY"
+    )
+    signers: Path | None = option(
+        None,
+        "names and public keys of known signers, as in ~/.ssh/allowed_signers",
+        placeholder="FILE",
+    )
     workers: int | None = WORKERS
     json_lines: bool = JSON
 
@@ -88,16 +103,17 @@ class VerifyResults(Action):
             raise
         if challenge is None:
             self._verify_run()
-        elif self.all_ or self.generations is not None:
+        elif self.all_ or self.generations is not None or self.sign or self.signers:
             raise GaitsimError(
-                "a challenge code has no generations",
-                where="--all, --generations",
-                remedy="omit both options",
+                "a challenge code has no generations and no signature",
+                where="--all, --generations, --sign, --signers",
+                remedy="omit these options",
             )
         else:
             _verify_code(challenge, self.json_lines)
 
     def _verify_run(self) -> None:
+        from gaitsim.storage.signature import read_signature, sign
         from gaitsim.storage.snapshot import RunSnapshot
         from gaitsim.storage.verification import verify
 
@@ -111,11 +127,15 @@ class VerifyResults(Action):
             verdict = verify(
                 run,
                 self.generations or None,
-                everything=self.all_,
+                everything=self.all_ or None,
                 workers=self.workers,
+                signers=self.signers,
                 begin=progress.expect,
                 advance=progress.advance,
             )
+        if self.sign is not None and verdict.identical:
+            sign(run, self.sign)
+            verdict = replace(verdict, signature=read_signature(run, self.signers))
         show = _print_json if self.json_lines else _print
         show(str(run.path), verdict)
         if not verdict.identical:
@@ -183,6 +203,7 @@ def _print_json(path: str, verdict: Verdict) -> None:
         {
             "run": path,
             "identical": verdict.identical,
+            "complete": verdict.complete,
             "generations": verdict.last,
             "reproduced": verdict.reproduced,
             "best_only": verdict.best_only,
@@ -191,7 +212,6 @@ def _print_json(path: str, verdict: Verdict) -> None:
                 {"generation": number, "what": list(what)}
                 for number, what in verdict.differences.items()
             ],
-            "without_checksum": verdict.without_checksum,
             "warning": verdict.warning or None,
             "damaged": list(verdict.damaged),
             "experiment": [
@@ -207,6 +227,8 @@ def _print_json(path: str, verdict: Verdict) -> None:
             "results": verdict.portability.partition(":")[0],
             "portability": verdict.portability,
             "score_difference": verdict.score_difference,
+            "files": [account._asdict() for account in verdict.accounts],
+            "signature": asdict(verdict.signature) if verdict.signature else None,
         }
     )
 
@@ -214,7 +236,7 @@ def _print_json(path: str, verdict: Verdict) -> None:
 def _print(path: str, verdict: Verdict) -> None:
     _warn_of_other_machine(verdict.portability, verdict.version_differences)
     if verdict.identical:
-        echo(f"{path}: identical")
+        echo(f"{path}: identical{'' if verdict.complete else ' in all that was compared'}")
     elif not verdict.differences:
         echo(f"{path}: different, although the compared generations are identical")
     else:
@@ -233,6 +255,7 @@ def _print(path: str, verdict: Verdict) -> None:
             echo(f"  largest difference of a best score: {verdict.score_difference:.2g}")
     for text in _scope(verdict):
         echo(text)
+    print_table(("file", "compared", "cannot be known"), verdict.accounts)
 
 
 def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
@@ -266,21 +289,27 @@ def _changed_options(verdict: Verdict) -> list[str]:
 
 def _scope(verdict: Verdict) -> list[str]:
     """Describe what was reproduced, and the versions and processor that computed the run."""
-    found = []
-    if verdict.reproduced:
-        found.append(
-            f"reproduced in full: {_ranges(verdict.reproduced)} (last generation: {verdict.last})"
-        )
-    if verdict.best_only:
-        found.append(f"best individual reproduced: {_ranges(verdict.best_only)}")
-    if verdict.not_reproduced:
-        spans = ", ".join(_span(*span) for span in verdict.not_reproduced)
-        found.append(f"not reproduced: {spans}; only their files were checked for consistency")
-    if verdict.without_checksum:
-        found.append(
-            f"{verdict.without_checksum} of {verdict.last} generations have no checksum: "
-            "only their history and best individuals were compared"
-        )
+    if verdict.complete:
+        found = [f"all {verdict.last} generations evolved again"]
+    else:
+        found = [f"{len(verdict.reproduced)} of {verdict.last} generations evolved again"]
+        if verdict.reproduced:
+            found[0] += f": {_ranges(verdict.reproduced)}"
+        if verdict.best_only:
+            found.append(f"only the best individual evaluated again: {_ranges(verdict.best_only)}")
+        if verdict.not_reproduced:
+            spans = ", ".join(_span(*span) for span in verdict.not_reproduced)
+            found.append(f"only the files compared: {spans}")
+        if verdict.identical:
+            found.append("a forger could have changed the others: --all evolves them again")
+    if (signature := verdict.signature) is not None:
+        if signature.problem:
+            found.append(f"the signature is invalid: {signature.problem}")
+        else:
+            known = "" if signature.known else "; whose key it is, --signers can tell"
+            found.append(
+                f"signed up to generation {signature.generation}: {signature.signer}{known}"
+            )
     return found + _describe_versions(
         bool(verdict.origins), verdict.version_differences, "run", verdict.portability
     )

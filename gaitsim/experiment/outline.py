@@ -23,6 +23,7 @@ from gaitsim.registry.options import OPERATORS, PLUGIN
 # Options of [evolution] that change the individuals. The others limit the length of the search and
 # choose which individuals are saved.
 _EVOLUTION_OPTIONS = ("population",)
+_SAVING_OPTIONS = ("fitness_threshold", "delta_fitness")
 
 
 _Model = TypeVar("_Model", bound=BaseModel)
@@ -53,10 +54,16 @@ class ExperimentOutline:
     sections: Mapping[str, Mapping[str, Any]]
 
     def search_options(self) -> dict[str, dict[str, Any]]:
-        """Return the options that change the individuals, by section; `''` holds the seed."""
+        """Return the options that change the individuals or the champions that are saved.
+
+        They are grouped by section; `''` holds the seed.
+        """
         found = {kind: dict(self.sections[kind]) for kind in self.plugins}
         evolution, islands = self.sections.get("evolution", {}), self.sections.get("islands", {})
-        found["evolution"] = {key: evolution[key] for key in _EVOLUTION_OPTIONS if key in evolution}
+        keys = [*_EVOLUTION_OPTIONS]
+        if self.evolution.fitness_threshold is not None:  # otherwise, no champions are saved
+            keys += _SAVING_OPTIONS
+        found["evolution"] = {key: evolution[key] for key in keys if key in evolution}
         if self.islands.number > 1:  # with one island, these options have no effect
             found["islands"] = dict(islands)
         if self.worlds.count:

@@ -7,33 +7,27 @@ import numpy as np
 
 from gaitsim.errors import CheckpointError
 from gaitsim.evolution import Generation, SearchProgress, advance
-from gaitsim.evolution.searching import figures
+from gaitsim.evolution.searching import figures, finished
 from gaitsim.experiment import read_outline
 from gaitsim.storage.compatibility import out_of_bounds
 from gaitsim.storage.files.checkpoint import KEPT, Champion, Checkpoint
 from gaitsim.storage.files.folder import (
     BESTS,
+    CHAMPIONS,
     CHECKPOINT,
     CHECKSUMS,
     HISTORY,
     ISLANDS,
     PREVIOUS,
+    SAVES,
     kept_file,
     kept_generations,
 )
 from gaitsim.storage.files.history import best_terms, island_bests, islands_record, row
 from gaitsim.storage.files.records import NONE, chain_checksum, genomes_checksum, scores_checksum
+from gaitsim.storage.lock import is_locked
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.stages import (
-    Change,
-    changes,
-    first_comparable,
-    next_progress,
-    restore_generation,
-)
-
-SAVING_OPTIONS = ("fitness_threshold", "delta_fitness")
-"""Options of [evolution] that start no stage, but decide which champions are saved."""
+from gaitsim.storage.stages import begin_stage, changes, restore_generation
 
 
 def row_of(run: RunSnapshot, generation: int) -> dict[str, float]:
@@ -75,41 +69,49 @@ def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
     ]
 
 
-def count_without_checksum(run: RunSnapshot) -> int:
-    """Return the number of generations without a checksum."""
-    if not len(run.checksums):
-        return run.generation
-    return run.generation - int((run.checksums["chain"] != np.void(NONE)).sum())
-
-
-def edited_options(run: RunSnapshot) -> tuple[Change, ...]:
-    """Return the differences between `experiment.toml` and the experiment of the last generation.
-
-    Options that only affect when the search stops are left out.
-    """
-    if run.finished.experiment == run.experiment_text:
-        return ()
-    before, after = run.stages[-1].outline.evolution, run.experiment.evolution
-    then, now = before.model_dump(), after.model_dump()
-    saved = then["fitness_threshold"], now["fitness_threshold"]
-    # Without a threshold, no champions are saved.
-    keys = SAVING_OPTIONS if saved != (None, None) else ()
-    changed = [Change(f"evolution.{key}", then[key], now[key]) for key in keys]
-    return (*run.pending, *(change for change in changed if change.then != change.now))
-
-
 def inconsistencies(run: RunSnapshot) -> dict[int, list[str]]:
     """Return the inconsistencies between the files of a run, by generation in order."""
+    progress = [*expected_progress(run)]
     found: dict[int, list[str]] = {}
     for generation, what in (
         *_check_rows(run),
-        *_check_checkpoint(run, run.finished, CHECKPOINT),
-        *_check_checkpoint(run, run.previous, PREVIOUS),
-        *_check_progress(run),
-        *_check_kept(run),
+        *_check_saves(run),
+        *_check_progress(run, progress),
+        *_check_checkpoint(run, run.finished, CHECKPOINT, progress),
+        *_check_checkpoint(run, run.previous, PREVIOUS, progress),
+        *_check_kept(run, progress),
     ):
         found.setdefault(generation, []).append(what)
     return dict(sorted(found.items()))
+
+
+Progress = tuple[SearchProgress, bool]
+"""The progress after a generation, and whether its best individual is a champion."""
+
+
+def expected_progress(run: RunSnapshot) -> Iterator[Progress]:
+    """Yield the progress that follows from best scores and options, for each generation.
+
+    Only the number of evaluations is taken from the history, as a search may re-evaluate the
+    individuals it remembers, and `finished` is '', as it depends on the state of the search.
+    """
+    population = len(run.finished.genomes)
+    evaluations = run.history["evaluations"].astype(np.int64).tolist()
+    scores = run.bests["score"].tolist()
+    first = run.stages[0].outline.evolution.fitness_threshold
+    progress = SearchProgress(0, -np.inf, -1, first)
+    for stage in run.stages:
+        outline = stage.outline
+        evolution, worlds = outline.evolution, outline.worlds
+        if stage.changes:
+            progress = begin_stage(progress, evolution, stage.changes, population)
+        redrawn = {*worlds.redraws(stage.first, stage.last)}
+        for number in range(stage.first, stage.last + 1):
+            if number in redrawn:
+                progress = progress.reset_scores(evolution.fitness_threshold, 0)
+            progress, is_champion = advance(progress, scores[number - 1], 0, evolution)
+            progress = replace(progress, evaluations=evaluations[number - 1])
+            yield progress, is_champion
 
 
 def _check_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
@@ -127,26 +129,60 @@ def _check_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
             stage = run.stage_at(generation).number
             yield generation, f"stage is {found['stage']:g} in {HISTORY}, {stage} in {CHECKPOINT}"
         chain = checksum(run, generation, "chain")
-        if chain is not None and chain != expected_chain(run, generation):
+        if chain is None:
+            yield generation, f"its checksum in {CHECKSUMS} is missing"
+        elif chain != expected_chain(run, generation):
             yield generation, f"its row or record of {', '.join(files)} or {CHECKSUMS} was changed"
 
 
+def _check_saves(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+    """Tell a checkpoint that was put there from one that a killed process left behind.
+
+    A process that is killed while it saves leaves records of one save after the checkpoint.
+    """
+    last, saves = run.generation, run.saves
+    if len(saves) and (np.diff(saves, prepend=0) <= 0).any():
+        yield last, f"{SAVES} was changed: its generations do not increase"
+    elif last not in saves:
+        yield last, f"{SAVES} does not list generation {last}, although {CHECKPOINT} is of it"
+    elif not run.warning and not is_locked(run.path) and (saves > last).sum() > 1:
+        yield (
+            last,
+            f"{CHECKPOINT} is of generation {last}, but generation {saves[-2]} was saved later: "
+            "it was replaced by an older one",
+        )
+
+
 def _check_checkpoint(
-    run: RunSnapshot, checkpoint: Checkpoint | None, name: str
+    run: RunSnapshot, checkpoint: Checkpoint | None, name: str, progress: list[Progress]
 ) -> Iterator[tuple[int, str]]:
-    """Compare a checkpoint with its checksums, its row and its record."""
+    """Compare a checkpoint with its checksums, its row, its record and the progress."""
     if checkpoint is None:
         return
     generation = restore_generation(checkpoint)
     number = generation.number
     for part in wrong_checksums(run, generation):
         yield number, f"the {part} in {name} do not match {CHECKSUMS}"
+    experiment = run.experiment_at(number)
+    expected, _ = progress[number - 1]
+    expected = replace(expected, finished=finished(experiment, generation.state))
+    for part, value in vars(expected).items():
+        if (there := getattr(generation.progress, part)) != value:
+            yield number, f"{name}: {part.replace('_', ' ')} is {there!r}, not {value!r}"
+    for stage, ours in zip(checkpoint.stages, run.finished.stages, strict=False):
+        if stage != ours:
+            yield number, f"{name}: the stage that ends with generation {stage.generation} differs"
+    failed = np.flatnonzero(np.isneginf(checkpoint.scores)).tolist()
+    if unknown := {*checkpoint.reasons} - {*map(str, failed)}:
+        yield (
+            number,
+            f"{name} has a reason of failure for individual {min(unknown)}, which has none",
+        )
     if outside := population_out_of_bounds(run, checkpoint):
         yield number, f"{outside} in {name}"
         return
-    space = run.experiment_at(number).space()
-    diversity = float(space.diversity(generation.genomes))
-    reported = figures(run.experiment_at(number), generation.state)
+    diversity = float(experiment.space().diversity(generation.genomes))
+    reported = figures(experiment, generation.state)
     generation = replace(generation, diversity=diversity, figures=reported)
     for what in row_differences(run, generation, f"in {name}"):
         yield number, what
@@ -158,42 +194,26 @@ def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
     return out_of_bounds(experiment, checkpoint.genomes, "the population")
 
 
-def _check_progress(run: RunSnapshot) -> Iterator[tuple[int, str]]:
-    """Compare the progress of the search in the checkpoint with the history."""
-    checkpoint, last = run.finished, run.generation
-    scores = run.history["best"][first_comparable(run.stages) - 1 :]
-    best = float(scores.max())
-    if checkpoint.best_score != best:
-        yield last, f"the best score is {checkpoint.best_score!r} in {CHECKPOINT}, not {best!r}"
-    since = len(scores) - 1 - int(np.argmax(scores))
-    if np.isfinite(best) and checkpoint.stagnation != since:
-        yield last, f"{CHECKPOINT} has a stagnation of {checkpoint.stagnation}, not {since}"
-    threshold = checkpoint.threshold
-    if last > 1 and run.previous is None:
-        # Any generation may have raised the threshold, but it is never below the option.
-        least = run.stages[-1].outline.evolution.fitness_threshold
-        if (threshold is None) != (least is None) or (threshold or 0.0) < (least or 0.0):
-            yield last, f"the threshold is {threshold} in {CHECKPOINT}, below {least}"
-    elif threshold != (expected := _threshold(run)):
-        yield last, f"the threshold is {threshold} in {CHECKPOINT}, not {expected}"
+def _check_progress(run: RunSnapshot, progress: list[Progress]) -> Iterator[tuple[int, str]]:
+    """Compare the number of evaluations, and the saved champions, with what they follow from."""
+    population, before = len(run.finished.genomes), 0
+    for number, (found, _) in enumerate(progress, start=1):
+        evaluated, before = found.evaluations - before, found.evaluations
+        stage = run.stage_at(number)
+        rescored = stage.outline.worlds.redrawn(number) or (
+            number == stage.first and stage.reevaluated
+        )
+        if evaluated < population or (evaluated > population and not rescored):
+            yield number, f"{HISTORY}: {evaluated} evaluations, but {population} individuals"
+    champions = {number for number, (_, champion) in enumerate(progress, 1) if champion}
+    kept = {*kept_generations(run.path, CHAMPIONS, run.generation)}
+    for number in sorted(champions - kept):
+        yield number, f"{kept_file(CHAMPIONS, number)} is missing, although it beat the threshold"
+    for number in sorted(kept - champions):
+        yield number, f"{kept_file(CHAMPIONS, number)} did not beat the threshold"
 
 
-def _threshold(run: RunSnapshot) -> float | None:
-    """Return the threshold after the last generation, computed from the previous checkpoint."""
-    evolution = run.stages[-1].outline.evolution
-    before = SearchProgress(0, -np.inf, -1, evolution.fitness_threshold)
-    if run.previous is not None:
-        previous = read_outline(run.previous.experiment, PREVIOUS)
-        before = next_progress(run.previous, evolution, changes(previous, run.stages[-1].outline))
-    done, worlds = run.previous.generation if run.previous else 0, run.stages[-1].outline.worlds
-    for number, best in enumerate(run.history["best"][done:].tolist(), start=done + 1):
-        if worlds.redrawn(number):
-            before = before.reset_scores(evolution.fitness_threshold, 0)
-        before, _ = advance(before, best, len(run.finished.genomes), evolution)
-    return before.threshold
-
-
-def _check_kept(run: RunSnapshot) -> Iterator[tuple[int, str]]:
+def _check_kept(run: RunSnapshot, progress: list[Progress]) -> Iterator[tuple[int, str]]:
     """Compare the kept champions and populations with the other files."""
     for subfolder, read in KEPT.items():
         for generation in kept_generations(run.path, subfolder, run.generation):
@@ -205,10 +225,14 @@ def _check_kept(run: RunSnapshot) -> Iterator[tuple[int, str]]:
                 continue
             if kept.generation != generation:
                 yield generation, f"{name} is of generation {kept.generation}"
-            elif isinstance(kept, Champion):
+                continue
+            experiment = read_outline(kept.experiment, name)
+            for change in changes(run.stage_at(generation).outline, experiment):
+                yield generation, f"the experiment in {name} differs: {change}"
+            if isinstance(kept, Champion):
                 yield from _check_champion(run, kept, name)
             else:
-                yield from _check_checkpoint(run, kept, name)
+                yield from _check_checkpoint(run, kept, name, progress)
 
 
 def _check_champion(run: RunSnapshot, champion: Champion, name: str) -> Iterator[tuple[int, str]]:

@@ -29,6 +29,7 @@ from gaitsim.storage.files.folder import (
     ISLANDS,
     PROVENANCE,
     RUNS,
+    SAVES,
     START,
     create_folder,
     find_run,
@@ -148,6 +149,7 @@ def fork_run(
         files[START] = read_regular(path / START, MAX_BYTES)
     if checkpoint is not None:
         files |= {BESTS: run.bests.tobytes(), CHECKSUMS: run.checksums.tobytes()}
+        files[SAVES] = run.saves[run.saves <= checkpoint.generation].tobytes()
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
             files[name] = first_rows(path / name, checkpoint.generation)

@@ -45,6 +45,7 @@ from gaitsim.storage.files.folder import (
     ISLANDS,
     POPULATIONS,
     PREVIOUS,
+    SAVES,
     START,
     command,
     find_run,
@@ -63,7 +64,7 @@ from gaitsim.storage.files.history import (
     terms_of,
     used_terms,
 )
-from gaitsim.storage.files.records import RECORD
+from gaitsim.storage.files.records import RECORD, SAVE
 from gaitsim.storage.files.tables import damaged_error, line_ends
 from gaitsim.storage.manage import read_note
 from gaitsim.storage.stages import (
@@ -153,9 +154,11 @@ class RunSnapshot:
         try:
             found = read_checkpoint(path)
             # Every stage is saved at its end, so that an earlier checkpoint comes from elsewhere.
-            if not self.stages[-1].first - 1 <= found.generation < self.generation:
-                return None, ""
-            wrong = self._mismatch(found, PREVIOUS)
+            first, last = max(self.stages[-1].first - 1, 1), self.generation - 1
+            if first <= found.generation <= last:
+                wrong = self._mismatch(found, PREVIOUS)
+            else:
+                wrong = f"it is of generation {found.generation}, not of {first} to {last}"
         except GaitsimError as error:
             return None, error.what
         if wrong:
@@ -254,6 +257,11 @@ class RunSnapshot:
     def checksums(self) -> NDArray[Any]:
         """The checksums of the generations, which may be fewer than the generations."""
         return read_records(self.path / CHECKSUMS, RECORD, self.generation)
+
+    @cached_property
+    def saves(self) -> NDArray[np.int64]:
+        """The generation of each save that was begun, the last one perhaps not finished."""
+        return read_records(self.path / SAVES, SAVE)
 
     @cached_property
     def start(self) -> Start | None:

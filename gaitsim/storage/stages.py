@@ -168,16 +168,27 @@ def next_progress(
 ) -> SearchProgress:
     """Return the progress that the generation after a checkpoint starts from."""
     progress = restore_generation(checkpoint).progress
-    if stage_changes:
-        reevaluated = any(change.reevaluates for change in stage_changes)
-        size = len(checkpoint.genomes)
-        progress = progress.next_stage(
-            evolution.fitness_threshold, reevaluated=reevaluated, population=size
-        )
-    # A changed threshold takes effect even if no stage starts.
-    before = read_outline(checkpoint.experiment, "the checkpoint").evolution
-    if evolution.fitness_threshold != before.fitness_threshold:
-        progress = replace(progress, threshold=evolution.fitness_threshold)
+    if not stage_changes:
+        return progress
+    return begin_stage(progress, evolution, stage_changes, len(checkpoint.genomes))
+
+
+def begin_stage(
+    progress: SearchProgress, evolution: Evolution, stage_changes: Sequence[Change], population: int
+) -> SearchProgress:
+    """Return the progress at the start of a stage.
+
+    Args:
+        progress: progress at the end of the previous stage.
+        evolution: options of the stage.
+        stage_changes: changes that start the stage.
+        population: number of individuals.
+    """
+    threshold = evolution.fitness_threshold
+    reevaluated = any(change.reevaluates for change in stage_changes)
+    progress = progress.next_stage(threshold, reevaluated=reevaluated, population=population)
+    if any(change.key == "evolution.fitness_threshold" for change in stage_changes):
+        progress = replace(progress, threshold=threshold)
     return progress
 
 

@@ -2,20 +2,21 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from itertools import groupby
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from gaitsim.errors import RunError
+from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, evolve, island_map, reevaluate
 from gaitsim.experiment import Experiment
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.storage.consistency import (
-    count_without_checksum,
-    edited_options,
     inconsistencies,
     population_out_of_bounds,
     row_differences,
@@ -23,23 +24,53 @@ from gaitsim.storage.consistency import (
 )
 from gaitsim.storage.files.checkpoint import Checkpoint
 from gaitsim.storage.files.folder import (
+    BESTS,
+    CHAMPIONS,
     CHECKPOINT,
     CHECKSUMS,
+    EXPERIMENT,
+    HISTORY,
+    ISLANDS,
     POPULATIONS,
     PREVIOUS,
+    PROVENANCE,
+    SAVES,
+    START,
+    kept_file,
     kept_generations,
 )
 from gaitsim.storage.files.history import best_terms
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
+from gaitsim.storage.signature import Signature, read_signature
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.stages import Change, restore_generation
+from gaitsim.storage.stages import Change, begin_stage, restore_generation
 
 NewEvaluator = Callable[[Experiment], Evaluator]
 """Creates the evaluator of an experiment."""
 
 SAMPLES = 10
-"""Number of generations that are reproduced by default."""
+"""Number of generations that are evolved again in a part of a run, if their parents are kept."""
+
+QUICK = 60.0
+"""Runs that took at most this long are evolved again as a whole by default, seconds."""
+
+BATCH = 256
+"""Number of best individuals that are evaluated together."""
+
+
+class Account(NamedTuple):
+    """What was done with a file of a run.
+
+    Attributes:
+        file: name of the file or folder.
+        compared: what was compared, and with what.
+        unknown: what of it nothing in the folder can prove; '' if nothing.
+    """
+
+    file: str
+    compared: str
+    unknown: str = ""
 
 
 class Reproduced(NamedTuple):
@@ -65,29 +96,105 @@ def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Iterator[Rep
 
 
 def reproduce_some(
-    run: RunSnapshot, generations: list[int], new_evaluator: NewEvaluator
+    run: RunSnapshot, full: Sequence[int], best_only: Sequence[int], new_evaluator: NewEvaluator
 ) -> Iterator[Reproduced]:
-    """Reproduce some generations, in full if the previous population is stored.
+    """Evolve some generations again, and evaluate the best individual of others.
 
-    The first generation needs no previous population. The last one is reproduced from the previous
-    checkpoint, if that exists, which is at most half a second of computing before it. In all other
-    generations, only the best individual is re-evaluated.
+    Args:
+        run: the run.
+        full: generations that `reproducible` returns.
+        best_only: other generations.
+        new_evaluator: function that creates evaluators.
     """
-    for number in generations:
-        before = None
-        previous = run.previous if number == run.generation else None
-        if previous is not None and not population_out_of_bounds(run, previous):
-            before = restore_generation(previous)
-        if number == 1 or before is not None:
-            *_, generation = _evolve(run, before, number, new_evaluator)
-            yield _reproduced(run, generation)
+    for number in full:
+        before = None if number == 1 else restore_generation(_stored(run)[number - 1])
+        *_, generation = _evolve(run, before, number, new_evaluator)
+        yield _reproduced(run, generation)
+    for stage in run.stages:
+        within = [number for number in best_only if stage.first <= number <= stage.last]
+        if not within:
             continue
-        with new_evaluator(run.experiment_at(number)) as evaluator:
-            found, distance = _best_differences(run, number, evaluator.evaluate)
-            if number == run.generation:
-                again = evaluator.evaluate(run.finished.genomes, number)
-                found += _score_differences(run.finished, CHECKPOINT, again)
-        yield Reproduced(number, False, found, distance)
+        worlds = stage.outline.worlds
+        with new_evaluator(run.experiment_at(stage.last)) as evaluator:
+            for _, group in groupby(within, worlds.first_of_draw):
+                same_worlds = [*group]
+                for at in range(0, len(same_worlds), BATCH):
+                    batch = same_worlds[at : at + BATCH]
+                    yield from _reevaluated_bests(run, batch, evaluator.evaluate)
+
+
+def reproducible(run: RunSnapshot) -> list[int]:
+    """Return the generations that can be evolved again on their own: the first, and children.
+
+    The parents are in the previous checkpoint, which is at most half a second of computing before
+    the last one, or in a kept population.
+    """
+    stored = _stored(run)
+    return [1, *(number + 1 for number in stored if number < run.generation)]
+
+
+def _stored(run: RunSnapshot) -> dict[int, Checkpoint]:
+    """Return the populations from which the run can continue, by generation in order."""
+    found = {}
+    for number in kept_generations(run.path, POPULATIONS, run.generation - 1):
+        with suppress(GaitsimError):  # `consistency` reports it
+            found[number] = run.population(number)
+    if run.previous is not None:
+        found[run.previous.generation] = run.previous
+    return {
+        number: found[number]
+        for number in sorted(found)
+        if not population_out_of_bounds(run, found[number])
+    }
+
+
+def _reevaluated_bests(
+    run: RunSnapshot, numbers: Sequence[int], evaluate: Evaluate
+) -> Iterator[Reproduced]:
+    """Evaluate the best individuals of generations of one stage with the same worlds."""
+    genomes, wrong = {}, {}
+    for number in numbers:
+        try:
+            genomes[number] = run.best_genome(number)
+        except RunError as error:
+            wrong[number] = error.what
+    again = evaluate(np.stack([*genomes.values()]), numbers[0]) if genomes else None
+    for number in numbers:
+        if again is None or number in wrong:
+            yield Reproduced(number, False, [wrong[number]], 0.0)
+            continue
+        at = [*genomes].index(number)
+        kept = best_terms(run.history, number)
+        then = {"score": float(run.bests[number - 1]["score"])}
+        then |= {f"term {name}": value for name, value in kept.items()}
+        now = {"score": float(again.scores[at])}
+        now |= {f"term {name}": float(values[at]) for name, values in again.terms.items()}
+        found = [
+            f"the {what} of its best individual is {then.get(what)!r}, but {value!r} when "
+            "reproduced"
+            for what, value in now.items()
+            if not math.isnan(value) and then.get(what) != value
+        ]
+        if number == run.generation:
+            population = evaluate(run.finished.genomes, number)
+            found += _score_differences(run.finished, CHECKPOINT, population)
+            found += _member_differences(run, evaluate)
+        yield Reproduced(number, False, found, _score_distance(run, number, now["score"]))
+
+
+def _member_differences(run: RunSnapshot, evaluate: Evaluate) -> list[str]:
+    """Evaluate the members of the front or archive again; return their differences."""
+    members = run.members
+    if members is None or not len(members.scores):
+        return []
+    again = evaluate(members.genomes, run.generation)
+    found = {**again.terms, **again.values, "score": again.scores}
+    return [
+        f"{CHECKPOINT}: the {name} of member {wrong[0] + 1} is {float(values[wrong[0]])!r}, but "
+        f"{float(found[name][wrong[0]])!r} when reproduced"
+        for name, values in {**members.values, "score": members.scores}.items()
+        if name in found and len(wrong := np.flatnonzero(values != found[name]))
+    ]
 
 
 def _evolve_all(run: RunSnapshot, until: int, new_evaluator: NewEvaluator) -> Iterator[Generation]:
@@ -109,10 +216,8 @@ def _evolve(
     start = warm_start(run, experiment) if last is None else None
     with new_evaluator(experiment) as evaluator:
         if last is not None and last.number < stage.first:
-            progress = last.progress.next_stage(
-                experiment.evolution.fitness_threshold,
-                reevaluated=stage.reevaluated,
-                population=len(last.genomes),
+            progress = begin_stage(
+                last.progress, experiment.evolution, stage.changes, len(last.genomes)
             )
             last = replace(last, progress=progress)
             if stage.reevaluated:
@@ -135,7 +240,12 @@ def _reproduced(run: RunSnapshot, again: Generation) -> Reproduced:
     found = [
         f"the reproduced {part} do not match {CHECKSUMS}" for part in wrong_checksums(run, again)
     ] + row_differences(run, again, "when reproduced")
-    for checkpoint, name in ((run.finished, CHECKPOINT), (run.previous, PREVIOUS)):
+    stored = [(run.finished, CHECKPOINT), (run.previous, PREVIOUS)]
+    if again.number in kept_generations(run.path, POPULATIONS, run.generation - 1):
+        with suppress(GaitsimError):  # `consistency` reports it
+            name = kept_file(POPULATIONS, again.number)
+            stored.append((run.population(again.number), name))
+    for checkpoint, name in stored:
         if checkpoint is not None and checkpoint.generation == again.number:
             found += _checkpoint_differences(checkpoint, name, again)
     score = float(again.scores[again.best])
@@ -157,13 +267,10 @@ def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation
         if len(genes):
             found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} differs")
         found += _score_differences(checkpoint, name, again.evaluation)
-    for array, values in again.state.items():
-        if not np.array_equal(checkpoint.state.get(array, np.empty(0)), values, equal_nan=True):
+    for array in sorted({*again.state, *checkpoint.state}):
+        then, now = (one.get(array, np.empty(0)) for one in (checkpoint.state, again.state))
+        if then.dtype != now.dtype or not np.array_equal(then, now, equal_nan=True):
             found.append(f"{name}: the search's {array} differs")
-    if checkpoint.best_score != again.progress.best_score:
-        found.append(f"{name}: the best score so far differs")
-    if checkpoint.stagnation != again.progress.stagnation:
-        found.append(f"{name}: the stagnation differs")
     return found
 
 
@@ -175,33 +282,16 @@ def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> 
         found.append(
             f"{name}: the score of individual {wrong[0]} is {then!r}, but {now!r} when reproduced"
         )
-    for term, values in checkpoint.terms.items():
-        if not np.array_equal(values, again.terms.get(term, np.empty(0)), equal_nan=True):
-            found.append(f"{name}: the term {term} differs")
+    parts = ("term", checkpoint.terms, again.terms), ("value", checkpoint.values, again.values)
+    for part, recorded, reproduced in parts:
+        for key in sorted({*recorded, *reproduced}):
+            values = recorded.get(key, np.empty(0))
+            if not np.array_equal(values, reproduced.get(key, np.empty(0)), equal_nan=True):
+                found.append(f"{name}: the {part} {key} differs")
+    for index, reason in checkpoint.reasons.items():
+        if again.reasons.get(int(index)) != reason:
+            found.append(f"{name}: the reason of failure of individual {index} differs")
     return found
-
-
-def _best_differences(run: RunSnapshot, number: int, evaluate: Evaluate) -> tuple[list[str], float]:
-    """Re-evaluate a generation's best individual.
-
-    Returns:
-        The differences from the record, and the distance of the score from the recorded one.
-    """
-    best, kept = run.bests[number - 1], best_terms(run.history, number)
-    try:
-        genome = run.best_genome(number)
-    except RunError as error:
-        return [error.what], 0.0
-    again = evaluate(genome[None], number)
-    then = {"score": float(best["score"])} | {f"term {name}": kept[name] for name in kept}
-    now = {"score": float(again.scores[0])}
-    now |= {f"term {name}": float(values[0]) for name, values in again.terms.items()}
-    found = [
-        f"the {what} of its best individual is {then.get(what)!r}, but {value!r} when reproduced"
-        for what, value in now.items()
-        if not math.isnan(value) and then.get(what) != value
-    ]
-    return found, _score_distance(run, number, now["score"])
 
 
 def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Generation]:
@@ -246,7 +336,6 @@ class Verdict(ReprMixin):
         reproduced: generations that were fully reproduced.
         best_only: generations whose best individual was re-evaluated.
         differences: differences from the record, by generation in order; {} if all is identical.
-        without_checksum: number of generations without a checksum.
         warning: warning about the files of the run, or ''.
         damaged: one message for each checkpoint that cannot be read.
         edited: options of `experiment.toml` that differ from those of the last generation, except
@@ -257,13 +346,14 @@ class Verdict(ReprMixin):
         portability: class of the results and its meaning; see `Experiment.portability`.
         score_difference: largest distance of a reproduced generation's best score from the
             recorded one.
+        accounts: what was done with each file.
+        signature: signature of the run; None without one.
     """
 
     last: int
     reproduced: tuple[int, ...]
     best_only: tuple[int, ...]
     differences: Mapping[int, Sequence[str]]
-    without_checksum: int
     warning: str
     damaged: tuple[str, ...]
     edited: tuple[Change, ...]
@@ -271,11 +361,19 @@ class Verdict(ReprMixin):
     version_differences: tuple[str, ...]
     portability: str
     score_difference: float
+    accounts: tuple[Account, ...]
+    signature: Signature | None = None
 
     @property
     def identical(self) -> bool:
-        """Whether all generations and options are identical, and all checkpoints intact."""
-        return not (self.differences or self.damaged or self.edited)
+        """Whether all that was compared is identical, and no checkpoint or signature is invalid."""
+        forged = self.signature is not None and self.signature.problem
+        return not (self.differences or self.damaged or self.edited or forged)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every generation was reproduced in full, so that none can be forged."""
+        return len(self.reproduced) == self.last
 
     @property
     def not_reproduced(self) -> tuple[tuple[int, int], ...]:
@@ -295,17 +393,13 @@ class Verdict(ReprMixin):
         }
 
 
-def sample(last: int, count: int = SAMPLES) -> list[int]:
-    """Return generations spread evenly from the first to the last."""
-    return sorted({int(number) for number in np.linspace(1, last, min(count, last)).round()})
-
-
 def verify(
     run: RunSnapshot,
     generations: Sequence[int] | None = None,
     *,
-    everything: bool = False,
+    everything: bool | None = None,
     workers: int | None = None,
+    signers: Path | None = None,
     begin: Callable[[int], None] = lambda total: None,
     advance: Callable[[], None] = lambda: None,
 ) -> Verdict:
@@ -313,36 +407,51 @@ def verify(
 
     Args:
         run: run to verify; generations added during the verification are left out.
-        generations: generations to reproduce; None for a sample.
-        everything: whether to reproduce the whole run instead, up to the first difference.
+        generations: generations to reproduce, of which those whose parents are not kept by their
+            best individual only; None for the whole run or a part of it.
+        everything: whether to evolve the whole run again, up to the first difference; None does so
+            if it took at most `QUICK`. A part has `SAMPLES` generations whose parents are kept, and
+            the best individuals of all others.
         workers: number of parallel workers; None for a number that deliberately differs from the
             run's default, as the result must not depend on it.
+        signers: list of the keys of known signers; see `signature.read_signature`.
         begin: callback with the number of generations to reproduce.
         advance: callback after each generation.
     """
     last = run.finished.generation
-    _ = run.previous  # read and cached now, before the run grows
-    requested = sorted({*generations}) if generations else sample(last)
-    for number in (requested[0], requested[-1]):
+    _ = run.previous, run.saves  # read and cached now, before the run grows
+    for number in (min(generations), max(generations)) if generations else ():
         if not 1 <= number <= last:
             raise RunError(
                 f"the run {run.path} has no generation {number}",
                 where="--generations",
                 allowed=f"1 to {last}",
             )
+    signature = read_signature(run, signers)
     found = inconsistencies(run)
 
     def new_evaluator(experiment: Experiment) -> Evaluator:
         # Not the run's default number of workers, as the result must not depend on it.
         return Evaluator(experiment, workers or (1 if experiment.organism.threads else 2))
 
-    begin(last if everything else len(requested))
+    if everything is None:
+        everything = not generations and float(run.history["seconds"].sum()) <= QUICK
+    if everything:
+        begin(last)
+        results = reproduce_all(run, new_evaluator)
+    else:
+        able = reproducible(run)
+        if generations:
+            asked = sorted({*generations})
+            full = [number for number in asked if number in able]
+        else:
+            asked = [*range(1, last + 1)]
+            places = np.linspace(0, len(able) - 1, min(SAMPLES, len(able)))
+            full = [able[int(place)] for place in places]
+        begin(len(asked))
+        others = sorted({*asked} - {*full})
+        results = reproduce_some(run, full, others, new_evaluator)
     reproduced: dict[bool, list[int]] = {True: [], False: []}
-    results = (
-        reproduce_all(run, new_evaluator)
-        if everything
-        else reproduce_some(run, requested, new_evaluator)
-    )
     farthest = 0.0
     for again in results:
         reproduced[again.fully].append(again.number)
@@ -358,12 +467,51 @@ def verify(
         reproduced=tuple(reproduced[True]),
         best_only=tuple(reproduced[False]),
         differences=dict(sorted(found.items())),
-        without_checksum=count_without_checksum(run),
         warning=run.warning,
         damaged=run.damaged,
-        edited=edited_options(run),
+        edited=run.pending,
         origins=tuple(origins),
         version_differences=tuple(differences(origins, current_versions(run.experiment_at(last)))),
         portability=run.portability,
         score_difference=farthest,
+        accounts=_accounts(run, reproduced[True], reproduced[False]),
+        signature=signature,
     )
+
+
+def _accounts(
+    run: RunSnapshot, full: Sequence[int], best_only: Sequence[int]
+) -> tuple[Account, ...]:
+    """Return what was done with each file of a run, given the reproduced generations."""
+    last, again = run.generation, "evolved again"
+    consistent = "compared with history, bests and checksums"
+    done = f"{len(full):,} of {last:,} generations {again}"
+    evaluated = f"{len(full) + len(best_only):,} of {last:,} evaluated again"
+    populations = {PREVIOUS: run.previous, CHECKPOINT: run.finished}
+    champions, kept = (
+        kept_generations(run.path, folder, last) for folder in (CHAMPIONS, POPULATIONS)
+    )
+    rows = [
+        Account(EXPERIMENT, "compared with the last generation", "name, description and limits"),
+        *(
+            Account(name, f"generation {one.generation} {again}")
+            if one.generation in full
+            else Account(name, consistent, "the state of the search")
+            for name, one in populations.items()
+            if one is not None
+        ),
+        Account(HISTORY, done, "seconds" if len(full) == last else "the other rows; seconds"),
+        Account(BESTS, evaluated),
+        Account(CHECKSUMS, f"all {last:,} computed again from the files"),
+        Account(SAVES, f"compared with {CHECKPOINT}", "whether the run once went on"),
+        Account(f"{CHAMPIONS}/", f"{len(champions):,}, as the threshold demands; {consistent}"),
+    ]
+    if run.islands.shape[1] > 1:
+        rows.insert(-3, Account(ISLANDS, done))
+    if kept:
+        also = sum(number in full for number in kept)
+        rows.append(Account(f"{POPULATIONS}/", f"{also:,} of {len(kept):,} {again}; {consistent}"))
+    if run.start is not None:
+        rows.append(Account(START, f"generation 1 {again} from it" if 1 in full else "not used"))
+    rows.append(Account(PROVENANCE, "compared with this machine", "what it states of the past"))
+    return tuple(rows)

@@ -24,10 +24,11 @@ HISTORY, BESTS = "history.csv", "bests.bin"
 CHANGING = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
 """The files whose times are those of the last change of a run."""
 ISLANDS = "islands.csv"
-CHECKSUMS, PROVENANCE = "checksums.bin", "provenance.json"
+CHECKSUMS, SAVES, PROVENANCE = "checksums.bin", "saves.bin", "provenance.json"
 CHAMPIONS, POPULATIONS, EXPORTS = "champions", "populations", "exports"
 ADAPTATIONS = "adaptations"
 NOTE, TAGS = "note.txt", "tags.txt"
+SIGNED, SIGNATURE = "signed.txt", "signed.txt.sig"
 
 
 def command(verb: str, *words: object) -> str:

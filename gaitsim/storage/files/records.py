@@ -1,4 +1,4 @@
-"""The files of a run that grow by one record per generation: history, bests, islands and checksums.
+"""The files of a run that grow: history, bests, islands and checksums by generation, and saves.
 
 They are truncated to the checkpoint when a run resumes.
 
@@ -6,6 +6,9 @@ With `checksums.bin`, `gaitsim verify` finds changes: the last checksum of each 
 rest of the record, the generation's row and best individual, and the last checksum of the previous
 record. It therefore reveals any change, and the generation that was changed. It does not prove that
 the scores are genuine: only reproducing the run does.
+
+`saves.bin` lists the generation of each save, and is written before everything else in it. After a
+crash, the checkpoint is of the last save or of the one before it. An older one was put there.
 """
 
 import hashlib
@@ -27,13 +30,21 @@ from gaitsim.experiment import Experiment
 from gaitsim.opening import open_descriptor
 from gaitsim.storage.files import history
 from gaitsim.storage.files.atomic import write_bytes, writing
-from gaitsim.storage.files.folder import BESTS, CHECKSUMS, HISTORY, ISLANDS, truncation_error
+from gaitsim.storage.files.folder import (
+    BESTS,
+    CHECKSUMS,
+    HISTORY,
+    ISLANDS,
+    SAVES,
+    truncation_error,
+)
 from gaitsim.storage.files.history import (
     figures_of,
     header,
     header_problem,
     parse_history,
     read_history,
+    read_records,
     terms_of,
     used_terms,
 )
@@ -52,6 +63,9 @@ RECORD = np.dtype([(part, f"V{SIZE}") for part in ("genomes", "scores", "chain")
 
 NONE = bytes(SIZE)
 """Marks a generation without a checksum."""
+
+SAVE = np.dtype("<i8")
+"""The generation of a save."""
 
 WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
@@ -123,8 +137,8 @@ class AppendOnlyFile:
         """Add a record."""
         self._gathered += data
 
-    def flush(self, *, force: bool = True) -> None:
-        """Write the gathered records, and flush them to disk if `force` is true."""
+    def flush(self) -> None:
+        """Write the gathered records, and flush them to disk."""
         try:
             opened = os.fstat(self._descriptor)
         except OSError as error:
@@ -144,8 +158,7 @@ class AppendOnlyFile:
             written = 0
             while written < len(view):
                 written += os.write(self._descriptor, view[written:])
-        if force:
-            os.fsync(self._descriptor)
+        os.fsync(self._descriptor)
 
     def _is_in_place(self, opened: os.stat_result) -> bool:
         try:
@@ -260,9 +273,13 @@ class RecordFiles:
             self._bests = held.enter_context(
                 closing(AppendOnlyFile(bests, done * self._layout.itemsize))
             )
-            # Zeros replace checksums lost in a power failure.
             self._checksums = held.enter_context(
                 closing(AppendOnlyFile(path / CHECKSUMS, done * size, size))
+            )
+            saves = read_records(path / SAVES, SAVE)
+            kept = int((saves <= done).sum()) * SAVE.itemsize
+            self._saves = held.enter_context(
+                closing(AppendOnlyFile(path / SAVES, kept, SAVE.itemsize))
             )
             self._chain = self._checksums.last(SIZE) if done else NONE
             if number > 1:
@@ -285,6 +302,7 @@ class RecordFiles:
         record = np.zeros((), self._layout)
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
         islands = history.island_bests(generation, self._number)
+        self._last = generation.number
         bests = record.tobytes() + history.islands_record(islands)
         self._history.append(row)
         self._bests.append(record.tobytes())
@@ -297,10 +315,10 @@ class RecordFiles:
 
     def flush(self) -> None:
         """Write the records added since the last call, and flush them to disk."""
+        self._saves.append(np.array(self._last, SAVE).tobytes())
+        self._saves.flush()
         self._history.flush()
         self._bests.flush()
         if self._number > 1:
             self._islands.flush()
-        # Not forced to the disk: if a power failure loses a checksum, only `gaitsim verify`
-        # misses it.
-        self._checksums.flush(force=False)
+        self._checksums.flush()
