@@ -172,12 +172,6 @@ def _check_checkpoint(
     for stage, ours in zip(checkpoint.stages, run.finished.stages, strict=False):
         if stage != ours:
             yield number, f"{name}: the stage that ends with generation {stage.generation} differs"
-    failed = np.flatnonzero(np.isneginf(checkpoint.scores)).tolist()
-    if unknown := {*checkpoint.reasons} - {*map(str, failed)}:
-        yield (
-            number,
-            f"{name} has a reason of failure for individual {min(unknown)}, which has none",
-        )
     if outside := population_out_of_bounds(run, checkpoint):
         yield number, f"{outside} in {name}"
         return

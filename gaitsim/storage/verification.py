@@ -106,10 +106,13 @@ def reproduce_some(
         best_only: other generations.
         new_evaluator: function that creates evaluators.
     """
-    for number in full:
-        before = None if number == 1 else restore_generation(_stored(run)[number - 1])
-        *_, generation = _evolve(run, before, number, new_evaluator)
-        yield _reproduced(run, generation)
+    stored = _stored(run)
+    for parent, group in groupby(full, lambda number: max([0, *(n for n in stored if n < number)])):
+        numbers = [*group]
+        before = restore_generation(stored[parent]) if parent else None
+        for generation in _evolve(run, before, numbers[-1], new_evaluator):
+            if generation.number in numbers:
+                yield _reproduced(run, generation)
     for stage in run.stages:
         within = [number for number in best_only if stage.first <= number <= stage.last]
         if not within:
@@ -124,13 +127,14 @@ def reproduce_some(
 
 
 def reproducible(run: RunSnapshot) -> list[int]:
-    """Return the generations that can be evolved again on their own: the first, and children.
+    """Return the generations that can be evolved again on their own.
 
-    The parents are in the previous checkpoint, which is at most half a second of computing before
-    the last one, or in a kept population.
+    These are the first, the one after each kept population, and those after the previous
+    checkpoint, which are at most half a second of computing.
     """
-    stored = _stored(run)
-    return [1, *(number + 1 for number in stored if number < run.generation)]
+    last = run.previous.generation + 1 if run.previous else run.generation + 1
+    after = {number + 1 for number in _stored(run)}
+    return sorted({1, *after, *range(last, run.generation + 1)})
 
 
 def _stored(run: RunSnapshot) -> dict[int, Checkpoint]:
@@ -446,8 +450,7 @@ def verify(
             full = [number for number in asked if number in able]
         else:
             asked = [*range(1, last + 1)]
-            places = np.linspace(0, len(able) - 1, min(SAMPLES, len(able)))
-            full = [able[int(place)] for place in places]
+            full = sorted({*able[:: max(len(able) // SAMPLES, 1)], 1, last} & {*able})
         begin(len(asked))
         others = sorted({*asked} - {*full})
         results = reproduce_some(run, full, others, new_evaluator)

@@ -12,6 +12,9 @@ import typer
 from gaitsim.cli.tui import Root, ThemeName
 from gaitsim.console.printing import notice
 from gaitsim.errors import GaitsimError, not_installed
+from gaitsim.opening import read_regular
+
+LONGEST_TOKEN = 4096  # bytes
 
 
 def serve(
@@ -24,12 +27,12 @@ def serve(
     ] = "127.0.0.1",
     port: Annotated[int, typer.Option(min=1, max=65535, help="Port to listen on.")] = 8000,
     theme: ThemeName = None,
-    token: Annotated[
-        str | None,
+    token_file: Annotated[
+        Path | None,
         typer.Option(
-            envvar="GAITSIM_TOKEN",
-            show_envvar=True,
-            help="Token that the address must contain. Default: a new random token at each start.",
+            metavar="FILE",
+            help="File with the token that the address must contain; GAITSIM_TOKEN can also hold "
+            "it. Default: a new random token at each start.",
         ),
     ] = None,
     windows: Annotated[
@@ -40,7 +43,8 @@ def serve(
     """Open the terminal UI in a browser, by default on this machine only.
 
     Each browser window runs its own app. The printed address contains a token, without which
-    access is denied.
+    access is denied. A token of your own is read from a file or from GAITSIM_TOKEN, as other
+    users of this machine can see the arguments of a command.
 
     [bold]Examples[/bold]
 
@@ -57,7 +61,7 @@ def serve(
     except ModuleNotFoundError as error:
         raise not_installed("'gaitsim serve'", error.name, "serve") from None
     chosen = check_theme(theme, where="--theme") if theme else None
-    chosen_token = _token(token)
+    token = _token(token_file)
     with listening_socket(host, port) as socket:
         if not is_loopback(host):
             notice(
@@ -68,18 +72,27 @@ def serve(
             )
         words = [sys.executable, "-m", "gaitsim", "tui", str(root)]
         words += ["--theme", chosen] if chosen else []
-        WebServer(shlex.join(words), host, chosen_token, windows).serve_on(socket)
+        WebServer(shlex.join(words), host, token, windows).serve_on(socket)
 
 
-def _token(given: str | None) -> str:
-    """Return the given token, or a random one."""
-    given = os.environ.get("GAITSIM_TOKEN") if given is None else given
+def _token(file: Path | None) -> str:
+    """Return the token in a file or in the environment, or a random one."""
+    given, where = os.environ.get("GAITSIM_TOKEN"), "GAITSIM_TOKEN"
+    if file is not None:
+        where = str(file)
+        try:
+            given = read_regular(file, LONGEST_TOKEN, follow=True).decode().strip()
+        except (OSError, UnicodeDecodeError) as error:
+            reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
+            raise GaitsimError(
+                f"cannot read the token: {reason}", where=where, allowed="a text file"
+            ) from None
     if given is None:
         return secrets.token_urlsafe(24)
     if not given.strip():
         raise GaitsimError(
             "the token is empty",
-            where="--token or GAITSIM_TOKEN",
+            where=where,
             allowed="a string that is hard to guess",
             remedy="leave it out to get a random token at each start",
         )

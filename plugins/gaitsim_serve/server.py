@@ -39,6 +39,10 @@ LOCAL = "localhost"
 WINDOWS = 8
 LONGEST_MESSAGE = 1 << 20  # bytes; a paste arrives as one message
 PATIENCE = 5.0  # seconds to wait for another app to end, such as after a reload
+DEADLINE = 10.0  # seconds in which a connection must send its first request
+MOST_WAITING = 64  # connections that have not sent a request yet
+SLOWED = 1.0  # seconds that a wrong token takes
+MOST_SLOWED = 16  # wrong tokens at a time; more are refused at once
 
 # For pages that refuse access, with text and a form. The app's page needs more.
 PLAIN_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'"
@@ -231,13 +235,46 @@ class WebServer(Server):
         self._published: dict[str, Path] = {}
         self._open: WeakSet[web.WebSocketResponse] = WeakSet()
         self._ending: set[asyncio.Task[None]] = set()
+        self._waiting: dict[asyncio.Transport, asyncio.TimerHandle] = {}
+        self._slowed = 0
 
     def serve_on(self, listener: socket.socket) -> None:
         """Serve until Ctrl-C."""
         self.port = listener.getsockname()[1]
-        web.run_app(
-            self.application(), sock=listener, print=None, access_log=None, shutdown_timeout=20
+        with suppress(KeyboardInterrupt, web.GracefulExit):
+            asyncio.run(self._serve(listener))
+
+    async def _serve(self, listener: socket.socket) -> None:
+        runner = web.AppRunner(
+            self.application(), handle_signals=True, access_log=None, shutdown_timeout=20
         )
+        await runner.setup()
+        loop = asyncio.get_running_loop()
+        handlers = runner.server
+        assert handlers is not None
+        # asyncio accepts as many connections as the backlog allows before it admits the first.
+        listening = await loop.create_server(
+            lambda: _Door(self, handlers), sock=listener, backlog=_most_waiting()
+        )
+        try:
+            await loop.create_future()  # until a signal raises an error
+        finally:
+            listening.close()
+            await runner.cleanup()
+
+    def admit(self, transport: asyncio.Transport) -> None:
+        """Give a new connection a deadline for its request, and the place of the oldest one.
+
+        Connections that send nothing would otherwise use up all file descriptors.
+        """
+        while len(self._waiting) >= _most_waiting():
+            self._dismiss(next(iter(self._waiting)))
+        loop = asyncio.get_running_loop()
+        self._waiting[transport] = loop.call_later(DEADLINE, self._dismiss, transport)
+
+    def _dismiss(self, transport: asyncio.Transport) -> None:
+        self._waiting.pop(transport).cancel()
+        transport.abort()
 
     def application(self) -> web.Application:
         """Return the web application with its routes."""
@@ -260,8 +297,10 @@ class WebServer(Server):
     @web.middleware
     async def _guard(self, request: web.Request, handler: Handler) -> web.StreamResponse:
         """Refuse requests without the token, and requests from pages of other sites."""
+        if isinstance(request.transport, asyncio.Transport) and request.transport in self._waiting:
+            self._waiting.pop(request.transport).cancel()
         if not (self._is_own_host(request) and _same_origin(request)):
-            raise web.HTTPForbidden(text="gaitsim accepts requests only from its own page.")
+            raise _forbidden("gaitsim accepts requests only from its own page.")
         cookie = f"gaitsim-{_port(request)}"
         token = request.query.get("token")
         if request.path == "/" and token and _equal(token, self._token):
@@ -271,8 +310,20 @@ class WebServer(Server):
             raise page
         if not _equal(request.cookies.get(cookie, ""), self._cookie):
             hint = "This token is not valid." if token else ""
-            raise web.HTTPForbidden(text=NO_TOKEN.substitute(hint=hint), content_type="text/html")
+            if token:
+                await self._slow_down()
+            raise _forbidden(NO_TOKEN.substitute(hint=hint), "text/html")
         return await handler(request)
+
+    async def _slow_down(self) -> None:
+        """Wait, so that tokens cannot be guessed quickly."""
+        if self._slowed >= MOST_SLOWED:
+            raise web.HTTPTooManyRequests(text="Too many wrong tokens. Try again in a second.")
+        self._slowed += 1
+        try:
+            await asyncio.sleep(SLOWED)
+        finally:
+            self._slowed -= 1
 
     def _is_own_host(self, request: web.Request) -> bool:
         """Return whether a request names this host; a public address accepts any name."""
@@ -362,6 +413,37 @@ class WebServer(Server):
             await app.stop()
         finally:
             self._free.release()
+
+
+class _Door(asyncio.Protocol):
+    """A connection that the server admits before aiohttp serves it."""
+
+    def __init__(self, server: WebServer, handlers: Callable[[], asyncio.BaseProtocol]) -> None:
+        self._server, self._handlers = server, handlers
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        assert isinstance(transport, asyncio.Transport)
+        self._server.admit(transport)
+        handler = self._handlers()
+        transport.set_protocol(handler)
+        handler.connection_made(transport)
+
+
+def _most_waiting() -> int:
+    """Return the allowed number of waiting connections, a quarter of all file descriptors."""
+    if sys.platform == "win32":
+        return MOST_WAITING
+    import resource
+
+    soft, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return MOST_WAITING if soft < 0 else max(1, min(MOST_WAITING, soft // 4))
+
+
+def _forbidden(text: str, kind: str = "text/plain") -> web.HTTPForbidden:
+    """Return a refusal that also closes the connection, which would keep a descriptor."""
+    refusal = web.HTTPForbidden(text=text, content_type=kind)
+    refusal.force_close()
+    return refusal
 
 
 async def _forward_messages(websocket: web.WebSocketResponse, app: ServedApp) -> None:

@@ -7,10 +7,12 @@ import shlex
 import socket
 import subprocess
 import sys
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
+from pathlib import Path
+from urllib.parse import urlsplit
 
 import pytest
-from aiohttp import CookieJar, WSMsgType, WSServerHandshakeError
+from aiohttp import ClientSession, CookieJar, WSMsgType, WSServerHandshakeError
 from aiohttp.test_utils import TestClient, TestServer
 from waiting import until
 
@@ -151,9 +153,28 @@ class TestToken:
 
     @pytest.mark.parametrize("empty", ["", " "])
     def test_an_empty_token_is_rejected(self, gaitsim, monkeypatch, empty):
-        assert "the token is empty" in gaitsim("serve", "--token", empty, code=2).stderr
+        Path("token.txt").write_text(empty)
+        answer = gaitsim("serve", "--token-file", "token.txt", code=2).stderr
+        assert "the token is empty" in answer
+        assert "token.txt" in answer
         monkeypatch.setenv("GAITSIM_TOKEN", empty)
         assert "the token is empty" in gaitsim("serve", code=2).stderr
+
+    @pytest.mark.parametrize("content", [None, b"\xff"])
+    def test_a_token_that_cannot_be_read_is_a_user_error(self, gaitsim, content):
+        if content is not None:
+            Path("token.txt").write_bytes(content)
+        answer = gaitsim("serve", "--token-file", "token.txt", code=2).stderr
+        assert "cannot read the token" in answer
+
+    async def test_wrong_tokens_wait_for_one_another(self, monkeypatch):
+        monkeypatch.setattr(server, "SLOWED", 0.5)
+        async with serving(token="") as client:
+            tries = [client.get("/", params={"token": str(at)}) for at in range(40)]
+            found = [one.status for one in await asyncio.gather(*tries)]
+            assert found.count(429) == 40 - server.MOST_SLOWED
+            right = await client.get("/", params={"token": TOKEN}, allow_redirects=False)
+            assert right.status == 303
 
     def test_by_default_each_server_has_its_own_token(self, gaitsim, monkeypatch, free_port):
         seen = served(monkeypatch)
@@ -161,11 +182,80 @@ class TestToken:
         gaitsim("serve", "--port", free_port)
         monkeypatch.setenv("GAITSIM_TOKEN", "mine")
         gaitsim("serve", "--port", free_port)
-        first, second, third = (server._token for server in seen)
+        Path("token.txt").write_text("from a file\n")
+        gaitsim("serve", "--port", free_port, "--token-file", "token.txt")
+        first, second, third, fourth = (server._token for server in seen)
+        assert fourth == "from a file"
         assert first != second
         assert min(len(first), len(second)) >= 32
         assert third == "mine"
         assert "mine" not in seen[2].command
+
+
+class TestDoor:
+    """Connections that send half a request, which need no token."""
+
+    @asynccontextmanager
+    async def listening(self, script=""):
+        with server.listening_socket("127.0.0.1", 0) as listener:
+            app = shlex.join([sys.executable, "-c", script])
+            serving = WebServer(app, "127.0.0.1", TOKEN)
+            serving.port = listener.getsockname()[1]
+            running = asyncio.create_task(serving._serve(listener))
+            yield f"http://127.0.0.1:{serving.port}/"
+            running.cancel()
+            await asyncio.wait([running])
+
+    async def half(self, address):
+        """Send half a request."""
+        reader, writer = await asyncio.open_connection("127.0.0.1", urlsplit(address).port)
+        writer.write(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n")
+        return reader, writer
+
+    async def test_many_leave_room_for_others(self, monkeypatch):
+        monkeypatch.setattr(server, "MOST_WAITING", 8)
+        async with self.listening() as address:
+            halves = [await self.half(address) for _ in range(20)]
+            async with ClientSession() as session:
+                found = await session.get(address, params={"token": TOKEN}, allow_redirects=False)
+                assert found.status == 303
+            # The oldest ones have made room; the latest still wait.
+            for reader, _ in halves[:12]:
+                with suppress(ConnectionResetError):
+                    assert await reader.read() == b""
+            assert not halves[-1][0].at_eof()
+            for _, writer in halves:
+                writer.close()
+
+    async def test_each_has_a_deadline(self, monkeypatch):
+        monkeypatch.setattr(server, "DEADLINE", 0.1)
+        async with self.listening() as address:
+            reader, writer = await self.half(address)
+            with suppress(ConnectionResetError):
+                assert await reader.read() == b""
+            writer.close()
+
+    async def test_a_refused_request_closes_its_connection(self):
+        async with self.listening() as address:
+            reader, writer = await self.half(address)
+            writer.write(b"\r\n")
+            assert b" 403 " in await reader.readline()
+            await reader.read()  # ends
+            writer.close()
+
+    async def test_two_users_have_an_app_each(self):
+        async with self.listening(ECHO) as address:
+            apps = []
+            for _ in range(2):
+                session = ClientSession(cookie_jar=CookieJar(unsafe=True))
+                await session.get(address, params={"token": TOKEN})
+                connection = await session.ws_connect(f"{address}ws", origin=address.rstrip("/"))
+                pid = eval(await connection.receive_bytes())[0]
+                apps.append((session, connection, pid))
+            assert apps[0][2] != apps[1][2]
+            for session, connection, _ in apps:
+                await connection.close()
+                await session.close()
 
 
 async def window(client, query=""):
