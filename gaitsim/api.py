@@ -319,8 +319,8 @@ def export(subject: Shown, path: str | Path, format: str | None = None, **option
 def verify(subject: "str | Path | Challenge | Individual | Run") -> Verdict | Checked:
     """Verify a run, an individual, or a challenge code, bit for bit.
 
-    A run's files are checked and ten of its generations reproduced; see `Run.verify`. The
-    individual is played otherwise, and its score compared.
+    A run's files are compared and its generations reproduced; see `Run.verify`. The individual is
+    played otherwise, and its score compared.
 
     Args:
         subject: a run, its folder or its name under `runs/`; an individual; a challenge; or a text
@@ -578,15 +578,18 @@ class Run(ReprMixin):
         self,
         generations: Sequence[int] | None = None,
         *,
-        everything: bool = False,
+        everything: bool | None = None,
         workers: int | None = None,
+        signers: str | Path | None = None,
     ) -> Verdict:
         """Reproduce generations bit for bit, like `gaitsim verify`.
 
         Args:
-            generations: generations to reproduce; None for ten, evenly spaced from first to last.
-            everything: whether to reproduce the whole run instead, up to the first difference.
+            generations: generations to reproduce; None for the whole run or a part of it.
+            everything: whether to reproduce the whole run, up to the first difference; None does so
+                if it took at most a minute.
             workers: number of parallel workers; None chooses the body's default.
+            signers: file with names and public keys of known signers.
 
         Returns:
             The verdict, whose `identical` says whether all is identical.
@@ -595,7 +598,10 @@ class Run(ReprMixin):
             RunError: a generation does not exist, or the run cannot be read.
         """
         check_workers(workers)
-        return verify_run(self.snapshot, generations, everything=everything, workers=workers)
+        known = None if signers is None else Path(signers)
+        return verify_run(
+            self.snapshot, generations, everything=everything, workers=workers, signers=known
+        )
 
     def share(self) -> str:
         """Return the challenge code of the champion; see `Individual.share`."""

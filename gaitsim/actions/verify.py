@@ -256,6 +256,10 @@ def _print(path: str, verdict: Verdict) -> None:
     for text in _scope(verdict):
         echo(text)
     print_table(("file", "compared", "cannot be known"), verdict.accounts)
+    for text in _describe_versions(
+        bool(verdict.origins), verdict.version_differences, "run", verdict.portability
+    ):
+        echo(text)
 
 
 def _warn_of_other_machine(portability: str, version_differences: Sequence[str]) -> None:
@@ -288,7 +292,7 @@ def _changed_options(verdict: Verdict) -> list[str]:
 
 
 def _scope(verdict: Verdict) -> list[str]:
-    """Describe what was reproduced, and the versions and processor that computed the run."""
+    """Describe what was reproduced, and the signature."""
     if verdict.complete:
         found = [f"all {verdict.last} generations evolved again"]
     else:
@@ -310,9 +314,7 @@ def _scope(verdict: Verdict) -> list[str]:
             found.append(
                 f"signed up to generation {signature.generation}: {signature.signer}{known}"
             )
-    return found + _describe_versions(
-        bool(verdict.origins), verdict.version_differences, "run", verdict.portability
-    )
+    return found
 
 
 def _describe_versions(

@@ -173,7 +173,7 @@ def _lines(rows: Sequence[Sequence[str]], right: Sequence[bool]) -> list[str]:
         for cell, width, number in zip(row, widths, right, strict=True):
             space = " " * (width - cell_len(cell))
             cells.append(f"{space}{cell}" if number else f"{cell}{space}")
-        lines.append("  ".join(cells))
+        lines.append("  ".join(cells).rstrip())
     return lines
 
 

@@ -189,7 +189,7 @@ def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
 
 
 def _check_progress(run: RunSnapshot, progress: list[Progress]) -> Iterator[tuple[int, str]]:
-    """Compare the number of evaluations, and the saved champions, with what they follow from."""
+    """Compare the number of evaluations and the saved champions with the expected ones."""
     population, before = len(run.finished.genomes), 0
     for number, (found, _) in enumerate(progress, start=1):
         evaluated, before = found.evaluations - before, found.evaluations

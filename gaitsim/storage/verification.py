@@ -60,12 +60,12 @@ BATCH = 256
 
 
 class Account(NamedTuple):
-    """What was done with a file of a run.
+    """The comparisons of a file of a run.
 
     Attributes:
         file: name of the file or folder.
-        compared: what was compared, and with what.
-        unknown: what of it nothing in the folder can prove; '' if nothing.
+        compared: parts that were compared or reproduced.
+        unknown: parts that nothing in the folder can prove; '' if there are none.
     """
 
     file: str
@@ -350,7 +350,7 @@ class Verdict(ReprMixin):
         portability: class of the results and its meaning; see `Experiment.portability`.
         score_difference: largest distance of a reproduced generation's best score from the
             recorded one.
-        accounts: what was done with each file.
+        accounts: comparisons of each file.
         signature: signature of the run; None without one.
     """
 
@@ -485,7 +485,7 @@ def verify(
 def _accounts(
     run: RunSnapshot, full: Sequence[int], best_only: Sequence[int]
 ) -> tuple[Account, ...]:
-    """Return what was done with each file of a run, given the reproduced generations."""
+    """Return the comparisons of each file of a run, given the reproduced generations."""
     last, again = run.generation, "evolved again"
     consistent = "compared with history, bests and checksums"
     done = f"{len(full):,} of {last:,} generations {again}"

@@ -28,19 +28,36 @@ def change_history(run):
 
 
 def test_an_identical_run_exits_with_0(gaitsim, run):
-    *lines, portability, versions = gaitsim("verify", "puppet").stdout.splitlines()
-    assert portability.startswith("not known to be portable")
-    assert [*lines, versions] == [
-        "runs/puppet: identical",
-        "reproduced in full: 1, 5 (last generation: 5)",
-        "best individual reproduced: 2 to 4",
-        "same versions and processor as on this machine",
-    ]
-    some = gaitsim("verify", "puppet", "--generations", "1,3").stdout
-    assert "not reproduced: 2, 4 to 5; only their files were checked" in some
+    lines = gaitsim("verify", "puppet").stdout.splitlines()
+    assert lines[:2] == ["runs/puppet: identical", "all 5 generations evolved again"]
+    assert lines[-2].startswith("not known to be portable")
+    assert lines[-1] == "same versions and processor as on this machine"
+    files = {line.split()[0] for line in lines[3:-2]}
+    assert files == {path.name + "/" * path.is_dir() for path in run.iterdir()} - OTHERS
     done = gaitsim("verify", "puppet", "--all", "--workers", 1)
-    assert "reproduced in full: 1 to 5 (last generation: 5)" in done.stdout
+    assert done.stdout.splitlines() == lines
     assert done.stderr == ""
+
+
+OTHERS = {"exports/", ".lock", ".lock-owner"}
+
+
+def test_a_part_of_a_run_is_not_called_the_whole(gaitsim, run, monkeypatch):
+    some = gaitsim("verify", "puppet", "--generations", "1,3").stdout
+    assert "only the files compared: 2, 4 to 5" in some
+    monkeypatch.setattr("gaitsim.storage.verification.QUICK", 0.0)
+    lines = gaitsim("verify", "puppet").stdout.splitlines()
+    assert lines[:4] == [
+        "runs/puppet: identical in all that was compared",
+        "2 of 5 generations evolved again: 1, 5",
+        "only the best individual evaluated again: 2 to 4",
+        "a forger could have changed the others: --all evolves them again",
+    ]
+    found = json.loads(gaitsim("verify", "puppet", "--json").stdout)
+    assert (found["identical"], found["complete"]) == (True, False)
+    assert [one["unknown"] for one in found["files"] if one["file"] == "history.csv"] == [
+        "the other rows; seconds"
+    ]
 
 
 def test_a_different_run_exits_with_1_and_names_the_generation(gaitsim, run):
@@ -95,14 +112,13 @@ def test_a_changed_experiment_file_exits_with_1_and_names_the_options(gaitsim, r
     assert found["experiment"] == [{"option": "seed", "file": 77, "used": 1}]
 
 
-def test_a_run_without_checksums_is_reported(gaitsim, run):
+def test_a_run_without_checksums_is_different(gaitsim, run):
     (run / "checksums.bin").unlink()
     (run / "provenance.json").unlink()
-    lines = gaitsim("verify", "puppet").stdout.splitlines()
-    assert lines[-3] == (
-        "5 of 5 generations have no checksum: only their history and best individuals were compared"
-    )
-    assert lines[-1] == "the run does not record the software versions"
+    answer = gaitsim("verify", "puppet", code=1).stdout
+    assert "runs/puppet: different, first in generation 1; 4 more generations differ" in answer
+    assert "its checksum in checksums.bin is missing" in answer
+    assert "the run does not record the software versions" in answer
 
 
 def test_another_processor_is_named_before_the_verdict_and_the_difference_after_it(

@@ -1,4 +1,4 @@
-"""Whatever is changed in the folder of any kind of run, `verify` says so."""
+"""`verify` finds every change in the folder of any kind of run."""
 
 import shutil
 from dataclasses import replace

@@ -134,7 +134,7 @@ class TestVerify:
             screen = await driver.at("Verify")
             await driver.until(lambda: ended(driver))
             await driver.until(lambda: "identical" in driver.text("#verify-state"))
-            assert "reproduced in full" in driver.text("#verify-result")
+            assert "evolved again" in driver.text("#verify-result")
             assert screen.command_line() == "gaitsim verify runs/walk"
             await driver.press("escape", "v")
             assert len(driver.app.tasks.all) == 1  # the result is still there
