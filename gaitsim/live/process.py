@@ -2,7 +2,6 @@
 
 import asyncio
 import json
-import os
 import signal
 import socket
 import subprocess
@@ -34,6 +33,7 @@ from gaitsim.toml import text
 
 START_TIMEOUT = 60.0  # seconds
 ANSWER_TIMEOUT = 5.0  # seconds
+SAME_START = 1.0  # seconds; a clock that was set moves the start of a process
 CHECK_PERIOD = 0.05  # seconds between two checks for the end of a process
 
 LONGEST_LINE = 2**26  # bytes: rows of 1000 generations with hundreds of terms
@@ -131,7 +131,7 @@ def request_stop(run: Path) -> BackgroundProcess | None:
     """
     found = background_process(run)
     if found is not None:
-        _signal(found.pid, signal.SIGTERM)
+        _signal(found, signal.SIGTERM)
     return found
 
 
@@ -161,12 +161,17 @@ def kill(run: Path) -> None:
     """Kill the background process of a run; its unsaved generations are lost."""
     found = background_process(run)
     if found is not None and sys.platform != "win32":
-        _signal(found.pid, signal.SIGKILL)
+        _signal(found, signal.SIGKILL)
 
 
-def _signal(pid: int, number: signal.Signals) -> None:
-    with suppress(ProcessLookupError):
-        os.kill(pid, number)
+def _signal(found: BackgroundProcess, number: signal.Signals) -> None:
+    """Send a signal, unless another process has got the ID of one that has ended."""
+    import psutil
+
+    with suppress(psutil.NoSuchProcess):
+        process = psutil.Process(found.pid)
+        if abs(process.create_time() - found.started) < SAME_START:
+            process.send_signal(number)
 
 
 def _as_typed(value: Any) -> str:

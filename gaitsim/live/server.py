@@ -14,6 +14,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import psutil
 from filelock import FileLock, Timeout
 
 from gaitsim.errors import GaitsimError, RunError
@@ -89,6 +90,7 @@ class Presence:
         self._files = {
             kind: runtime_file(run, kind, folder) for kind in (STATUS, FAILURE, LOCK, SOCKET, LOG)
         }
+        self._process = {"pid": os.getpid(), "started": psutil.Process().create_time()}
         self._state = ""
         self._lock = FileLock(self._files[LOCK])
         try:
@@ -115,7 +117,7 @@ class Presence:
                 with address(self._files[SOCKET]) as name:
                     self.listener.bind(name)
                 self.listener.listen(BACKLOG)
-                self._write(STATUS, state="preparing", pid=os.getpid())
+                self._write(STATUS, state="preparing", **self._process)
             except OSError as error:
                 raise _unusable(folder, error) from None
             cleanup.pop_all()
@@ -159,7 +161,7 @@ class Presence:
             self._close(error)
         else:
             with suppress(OSError):
-                self._write(STATUS, state=state, pid=os.getpid())
+                self._write(STATUS, state=state, **self._process)
 
     def _close(self, error: GaitsimError | None) -> None:
         with suppress(OSError):

@@ -55,11 +55,13 @@ class BackgroundProcess:
         run: absolute path of the run.
         pid: process ID.
         state: state of the process.
+        started: start of the process, seconds since 1970.
     """
 
     run: Path
     pid: int
     state: BackgroundState
+    started: float
 
 
 def runtime_folder() -> Path:
@@ -244,10 +246,13 @@ def _read(path: Path) -> Mapping[str, Any] | None:
 def _parse_live_process(data: Mapping[str, Any], lock: Path) -> BackgroundProcess | None:
     """Return the process that a status file describes; None if it has ended."""
     match data:
-        case {"run": str(run), "pid": int(pid), "state": state} if state in get_args(
-            BackgroundState
-        ):
-            return BackgroundProcess(Path(run), pid, state) if is_file_locked(lock) else None
+        case {
+            "run": str(run),
+            "pid": int(pid),
+            "state": state,
+            "started": float(started),
+        } if state in get_args(BackgroundState) and is_file_locked(lock):
+            return BackgroundProcess(Path(run), pid, state, started)
     return None
 
 

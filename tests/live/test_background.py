@@ -5,12 +5,16 @@ import itertools
 import json
 import os
 import random
+import signal
 import socket
 import stat
+import subprocess
+import sys
 import threading
 from contextlib import closing, suppress
 from pathlib import Path
 
+import psutil
 import pytest
 from filelock import FileLock
 from waiting import until
@@ -226,7 +230,7 @@ class TestQueue:
         """Return the slots of five runs by name."""
         monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / "runtime"))
         folder, paths = create_runtime_folder(), [tmp_path / name for name in "abcde"]
-        processes = [BackgroundProcess(path, 1, "queued") for path in paths]
+        processes = [BackgroundProcess(path, 1, "queued", 0.0) for path in paths]
         monkeypatch.setattr(slots, "background_processes", lambda: processes)
         found = {path.name: Slot(folder, 1, path) for path in paths}
         assert [slot.try_acquire() for slot in found.values()] == [True, *[False] * 4]
@@ -397,6 +401,23 @@ class TestRuntimeFolder:
         assert background_state(path) is None
         assert background_processes() == []
         assert overview(path).state in ("stopped", "failed")
+
+
+def test_another_process_with_the_same_id_is_not_signalled(new_run, runtime_folder):
+    """A killed process leaves a status, and a check for a living process holds its lock."""
+    path = new_run("run")
+    sleeper = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(1000)"])
+    status = {"run": str(path.resolve()), "pid": sleeper.pid, "state": "running"}
+    file = runtime_file(path, STATUS)
+    started = psutil.Process(sleeper.pid).create_time()
+    with FileLock(create_runtime_folder() / runtime_file(path, LOCK).name):
+        file.write_text(json.dumps(status | {"started": started - 100.0}))
+        assert not stop(path, timeout=0.2)
+        kill(path)
+        assert sleeper.poll() is None
+        file.write_text(json.dumps(status | {"started": started}))
+        kill(path)
+        assert sleeper.wait(timeout=60) == -signal.SIGKILL
 
 
 def test_a_deleted_folder_is_reported_as_the_cause():
