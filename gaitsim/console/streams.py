@@ -19,7 +19,8 @@ def machine_readable() -> bool:
 
 
 def check_environment() -> None:
-    """Check the value of `GAITSIM_PROGRESS`."""
+    """Check the value of `GAITSIM_PROGRESS`; draw without windows, whatever `MPLBACKEND` is."""
+    os.environ["MPLBACKEND"] = "agg"
     value = os.environ.get(PROGRESS, "")
     if value not in ("", "json"):
         raise GaitsimError(

@@ -2,6 +2,7 @@
 
 import gc
 import socket
+import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 from functools import lru_cache
@@ -26,6 +27,7 @@ State = tuple[str, tuple[tuple[str, str], ...], bytes | str]
 The functions are bytes, or the path of a file with the bytes.
 """
 
+LEAST_MEMORY = 700_000_000  # bytes of address space; the spider was seen to need 450 to 700 MB
 LARGE = 2**18
 """Size in bytes from which processes of this machine read functions from a file.
 
@@ -153,11 +155,31 @@ def _parse(toml: str, packages: tuple[tuple[str, str], ...], functions: bytes | 
     return experiment
 
 
+def _check_memory() -> None:
+    """Check that the process may use enough memory to compile kernels.
+
+    With less, LLVM ends the process without a message, or waits forever.
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    allowed, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if 0 <= allowed < LEAST_MEMORY:
+        raise GaitsimError(
+            f"this process may use only {allowed / 1e6:,.0f} MB of memory",
+            where="the limit set by 'ulimit -v'",
+            allowed=f"at least {LEAST_MEMORY / 1e6:,.0f} MB; robots need more",
+            remedy="ulimit -v unlimited",
+        )
+
+
 def prepare(experiment: Experiment, individuals: int = 1) -> None:
     """Evaluate random genomes, so that this process compiles or loads its kernels.
 
     A body that is a user's code is not called: its calls may be slow, and users count them.
     """
+    _check_memory()
     if experiment.body_outside:
         return
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):

@@ -1,5 +1,8 @@
 """`gaitsim plot`."""
 
+import subprocess
+import sys
+
 import pytest
 
 
@@ -77,3 +80,10 @@ def test_a_body_of_one_frame_has_plots_of_scores(gaitsim, install, working, pupp
     assert done.stdout.split() == [f"flights/exports/{name}.png" for name in names]
     assert "has no channel over time" in done.stderr
     assert "only one frame" in done.stderr
+
+
+@pytest.mark.slow
+def test_an_unknown_backend_of_matplotlib_does_not_matter(walk, monkeypatch):
+    monkeypatch.setenv("MPLBACKEND", "nonsense")
+    line = [sys.executable, "-m", "gaitsim", "plot", str(walk()), "--kind", "fitness"]
+    assert subprocess.run(line, check=False, capture_output=True).returncode == 0

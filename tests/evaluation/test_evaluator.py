@@ -287,3 +287,15 @@ def test_errors_keep_their_parts_on_the_way_from_a_worker(puppet):
     with pytest.raises(PluginError) as error, plugin_errors(puppet().entries["organism"], "moving"):
         raise ValueError("wrong")
     assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="needs limits of memory")
+def test_too_little_memory_is_a_user_error(puppet, monkeypatch):
+    import resource
+
+    monkeypatch.setattr(resource, "getrlimit", lambda what: (500_000_000, -1))
+    with Evaluator(puppet(), 1) as evaluator, pytest.raises(GaitsimError, match="only 500 MB"):
+        evaluator.prepare()
+    monkeypatch.setattr(resource, "getrlimit", lambda what: (resource.RLIM_INFINITY, -1))
+    with Evaluator(puppet(), 1) as evaluator:
+        evaluator.prepare()
