@@ -103,8 +103,9 @@ def test_lost_islands_are_reported(run):
 def test_islands_are_verified(run):
     verdict = verify(RunSnapshot(run.path), everything=True, workers=1)
     assert verdict.identical, verdict.differences
-    sampled = verify(RunSnapshot(run.path), workers=1)
-    assert (sampled.identical, sampled.reproduced) == (True, (1, 8))
+    sampled = verify(RunSnapshot(run.path), everything=False, workers=1)
+    assert sampled.identical, sampled.differences
+    assert {1, 8} <= {*sampled.reproduced}
     path = run.path / "islands.csv"
     lines = path.read_text().splitlines()
     cells = lines[4].split(",")

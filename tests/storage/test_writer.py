@@ -42,6 +42,7 @@ def test_a_run_is_written_and_read(whole, puppet):
         "history.csv",
         "bests.bin",
         "checksums.bin",
+        "saves.bin",
         "provenance.json",
         "population.pickle",
         "population.previous.pickle",
