@@ -21,6 +21,9 @@ SCREENS = {
     "Presets": ["n"],
     "ExportDialog": ["e"],
     "NoteDialog": ["N"],
+    "ChangeDialog": ["enter", "c"],
+    "Compare": ["space", "down", "space", "c"],
+    "Studies": ["u"],
     "Help": ["question_mark"],
 }
 
