@@ -62,8 +62,7 @@ class Mouse:
     async def do(self, word):
         """Click an action in the footer, or in the help if the footer is full."""
         active = self.app.screen.active_bindings.values()
-        about = next(one.binding.tooltip for one in active if one.binding.description == word)
-        about = " ".join(about.split()[1:3]).rstrip(",")
+        name = next(one.binding.id for one in active if one.binding.description == word)
         for _ in range(60):  # the footer is rebuilt when the available keys change
             before = screen_rows(self.app)[-1]
             await self.pilot.pause(0.3)
@@ -72,13 +71,18 @@ class Mouse:
         if not await self._foot(word):
             assert await self._foot("More") or await self._foot("Help")
             await self.at("Help")
+            shown = self.app.screen
+            place = [row.name for row in shown._rows].index(name)
+            menu = shown.query_one("#help-keys")
             for _ in range(40):
-                if find_text(self.app, about):
+                rows = menu.scrollable_content_region
+                lines = [row for row, (option, _) in enumerate(menu._lines) if option == place]
+                row = lines[0] - menu.scroll_offset.y
+                if 0 <= row < rows.height:
                     break
-                down = [MouseScrollDown]
-                await self.pilot._post_mouse_events(down, "#help", offset=(5, 5))
+                await self.pilot._post_mouse_events([MouseScrollDown], menu, offset=(5, 1))
                 await self.pilot.pause()
-            await self.click(about)
+            await self.pilot.click(menu, offset=(20, row))
         await self.pilot.pause()
 
     async def _foot(self, word):
