@@ -119,8 +119,6 @@ def test_islands_are_verified(run):
         f"islands.csv: the best score of island {worse} differs when reproduced"
         in verdict.differences[4]
     )
-    (run.path / "checksums.bin").unlink()
-    assert [*verify(RunSnapshot(run.path), everything=True, workers=1).differences] == [4]
 
 
 def test_stages_may_change_all_but_the_number(run):
