@@ -12,6 +12,7 @@ from gaitsim.adaptation.adaptation import read_session, session_file
 from gaitsim.adaptation.trials import Trial
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment, parse_assignments
+from gaitsim.individual import Member
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.writer import RunWriter
@@ -102,9 +103,10 @@ async def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
 @pytest.mark.slow
 async def test_joint_damage_is_checked_against_the_body(atlas, drive):
     async with drive() as driver:
-        driver.app.screen.show_screen("laboratory.Laboratory", atlas)
+        driver.app.screen.show_screen("laboratory.Laboratory", atlas, Member(2))
         screen = await driver.at("Laboratory")
         await driver.until(lambda: screen.plan.plan is not None and not screen.is_busy("walk"))
+        assert "member 2, intact" in driver.text("WalkPane Static")
         await driver.press("d")
         dialog = await driver.at("JointDialog")
         dialog.query_one("#joint-kind", Select).value = "weak"

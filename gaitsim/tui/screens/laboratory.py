@@ -69,9 +69,9 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
   a damaged joint.
 - **Damage** makes a joint of the chosen leg stuck at an angle, slow or weak. **Repair** removes
   all damage. The damage is shown below the plan in the syntax of `--damage`.
-- **Bodies**: the champion on the intact body and on the damaged one, and the gait being tried.
-  The bar shows the distance walked, as a percentage of the champion's on the intact body. A narrow
-  screen hides the intact body during the trials.
+- **Bodies**: the champion, or the gait chosen on the previous screen, on the intact body and on
+  the damaged one, and the gait being tried. The bar shows the distance walked, as a percentage of
+  that on the intact body. A narrow screen hides the intact body during the trials.
 - **Adapt** tries gaits of the atlas on the damaged body, each time the most promising one
   according to a Gaussian process whose prior mean is the map. *Expected* is its prediction with
   a standard deviation, *measured* the result of the trial, *of best* its ratio to the best result
@@ -110,8 +110,9 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self._stopping = False
         self.adaptation: Adaptation | None = None
         self.shown: Member | None = None
-        self.intact = WalkPane("champion, intact", "reading the run …")
-        self.damaged = WalkPane("champion, damaged", "enter: remove the chosen leg")
+        who = f"generation {which}" if isinstance(which, int) else str(which or "champion")
+        self.intact = WalkPane(f"{who}, intact", "reading the run …")
+        self.damaged = WalkPane(f"{who}, damaged", "enter: remove the chosen leg")
         self.adapted = WalkPane("adapted", "a: try gaits of the atlas")
         self.trials = Trials()
         self.title = visible(run.name)
