@@ -5,6 +5,7 @@ whose `kind` is `progress`, `notice`, `result` or `error`.
 """
 
 import json
+import os
 import sys
 import time
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
@@ -53,9 +54,10 @@ class PlainConsole(Console):
 def output() -> Console:
     """Return a console for standard output, wide enough for any row if piped.
 
-    It honours NO_COLOR and TERM.
+    It honours NO_COLOR and TERM, and for the terminal UI, COLUMNS.
     """
-    width = None if results().isatty() else PIPED_WIDTH
+    own = results().isatty() or (machine_readable() and "COLUMNS" in os.environ)
+    width = None if own else PIPED_WIDTH
     return PlainConsole(file=results(), width=width)
 
 

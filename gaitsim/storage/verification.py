@@ -506,7 +506,7 @@ def _accounts(
         Account(HISTORY, done, "seconds" if len(full) == last else "the other rows; seconds"),
         Account(BESTS, evaluated),
         Account(CHECKSUMS, f"all {last:,} computed again from the files"),
-        Account(SAVES, f"compared with {CHECKPOINT}", "whether the run once went on"),
+        Account(SAVES, f"compared with {CHECKPOINT}", "whether the run was once longer"),
         Account(f"{CHAMPIONS}/", f"{len(champions):,}, as the threshold demands; {consistent}"),
     ]
     if run.islands.shape[1] > 1:

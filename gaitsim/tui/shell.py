@@ -24,6 +24,7 @@ from textual.widgets import DataTable, Input, OptionList, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import THEME, Config, format_problem, remember
+from gaitsim.tui.formatting import clip
 from gaitsim.tui.hints import Hints, state_path
 from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
@@ -46,6 +47,7 @@ _LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
 _TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
 _TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
 _KEYS = {action.name: action.keys for action in ACTIONS["list"]}
+NOTIFIED = 100  # characters of a command in a notification; a code can have thousands
 _FILTERS = ControlCharacterFilter(), ContrastFilter()
 
 
@@ -283,11 +285,10 @@ class Shell(ViKeys):
 
     def start_task(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
         """Run a gaitsim command in the background; with `opens`, open the file it writes."""
-        task = self.tasks.start(arguments, opens=opens)
+        task = self.tasks.start(arguments, opens=opens, columns=self.size.width - 2)
         if not self.screen.query("#tasks"):
-            self.notify(
-                task.command, title="Running in the background; press t to see it", markup=False
-            )
+            title = "Running in the background; press t to see it"
+            self.notify(clip(task.command, NOTIFIED), title=title, markup=False)
         return task
 
     def _task_changed(self, task: Task) -> None:
@@ -298,15 +299,14 @@ class Shell(ViKeys):
         if task.state == "done" and task.opens and task.files:
             self.run_worker(self._open_file(task.files[0]), group="open")
             return
-        if self.screen.query("#tasks"):
+        if self.screen.query("#tasks") or getattr(self.screen, "job", None) is task:
             return
+        line = clip(task.command, NOTIFIED)
         if task.state == "done":
-            result = "\n".join(map(str, task.files)) or task.command
+            result = "\n".join(map(str, task.files)) or line
             self.notify(result, title="Done", markup=False)
         elif task.state == "failed":
-            self.notify(
-                task.message, title=task.command, severity="error", markup=False, timeout=10
-            )
+            self.notify(task.message, title=line, severity="error", markup=False, timeout=10)
 
     async def _open_file(self, file: Path) -> None:
         from gaitsim.tui.opener import open_or_copy

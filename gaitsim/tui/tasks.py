@@ -45,6 +45,7 @@ class Task:
         error: reported error if the task failed; None for other failures.
         ended: end time on the monotonic clock, seconds.
         opens: whether to open the written file at the end.
+        columns: width of the output's tables.
     """
 
     arguments: tuple[str, ...]
@@ -58,6 +59,7 @@ class Task:
     error: GaitsimError | None = None
     ended: float | None = None
     opens: bool = False
+    columns: int = 80
 
     @property
     def command(self) -> str:
@@ -138,9 +140,11 @@ class Tasks:
         self._processes: dict[int, asyncio.subprocess.Process] = {}
         self._running: set[asyncio.Task[None]] = set()
 
-    def start(self, arguments: Sequence[str], *, opens: bool = False) -> Task:
+    def start(
+        self, arguments: Sequence[str], *, opens: bool = False, columns: int = 80
+    ) -> Task:
         """Run a gaitsim command; with `opens`, open the file that it writes."""
-        task = Task(tuple(arguments), opens=opens)
+        task = Task(tuple(arguments), opens=opens, columns=columns)
         self.all.append(task)
         job = asyncio.create_task(self._run(task))
         self._running.add(job)
@@ -197,7 +201,7 @@ class Tasks:
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,
             limit=LONGEST,
-            env=_environment(),
+            env=_environment(task.columns),
             start_new_session=True,  # keeps Ctrl-C in the app's terminal from the task
         )
         self._processes[id(task)] = process
@@ -229,7 +233,8 @@ class Tasks:
             self._on_change(task)
 
 
-def _environment() -> dict[str, str]:
+def _environment(columns: int) -> dict[str, str]:
     more = {"GAITSIM_PROGRESS": "json", "NO_COLOR": "1", "PYTHONUNBUFFERED": "1"}
+    more["COLUMNS"] = str(columns)
     # The variables set by textual-serve are only for this process.
     return {k: v for k, v in os.environ.items() if not k.startswith("TEXTUAL")} | more

@@ -52,9 +52,11 @@ async def test_a_pasted_code_is_verified(walk, drive):
             await driver.press("ctrl+s")
             screen = await driver.at("Verify")
             assert isinstance(screen, Verify)
-            await driver.until(lambda screen=screen: not screen._job.running)
+            await driver.until(lambda screen=screen: not screen.job.running)
             await driver.until(lambda verdict=verdict: verdict in driver.text("#verify-state"))
             assert not {"verify.some", "verify.all"} & driver.offered()
+            assert "Running" not in driver.notifications()
+            assert "Done" not in driver.notifications()
             await driver.press("escape")
 
 

@@ -389,6 +389,15 @@ class TestExports:
             await driver.until(lambda: driver.app.tasks.all[1].state == "failed")
             assert driver.app.tasks.all[1].arguments == ("analyse", "x")
 
+    async def test_a_notification_shows_the_start_of_a_long_command(self, here, drive, monkeypatch):
+        Path("gaitsim.py").write_text("raise SystemExit('no luck')")
+        monkeypatch.setenv("PYTHONPATH", str(here))
+        async with drive() as driver:
+            driver.app.start_task(["verify", "x" * 5000])
+            await driver.until(lambda: "no luck" in driver.notifications())
+            assert "gaitsim verify xxx" in driver.notifications()
+            assert "x" * 100 not in driver.notifications()
+
     async def test_quitting_asks_and_stops_running_tasks(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("import time; print('begun', flush=True); time.sleep(60)")
         monkeypatch.setenv("PYTHONPATH", str(here))

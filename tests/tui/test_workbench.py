@@ -230,7 +230,10 @@ async def test_verifying_noting_and_deleting(run_task, walk):
         await user.at("Live")
         await user.do("Verify")
         await user.at("Verify")
-        await user.sees("identical")
+        await user.sees("cannot be known")
+        table = user.driver.text("#verify-result").splitlines()[2:10]
+        assert max(map(len, table)) <= user.app.size.width - 4  # no row is wrapped
+        assert "Running in the background" not in user.driver.notifications()
         await user.do("Back")
         await user.at("Live")
         await user.do("Back")

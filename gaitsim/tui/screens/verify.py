@@ -27,6 +27,9 @@ class Verify(GaitScreen):
 
     Args:
         subject: folder of the run; or a challenge code, whose individual is played instead.
+
+    Attributes:
+        job: verification on the screen.
     """
 
     HELP_TEXT = """
@@ -49,7 +52,7 @@ Verification continues in the background when you leave the screen; return to se
         super().__init__()
         self._subject = str(subject)
         self._is_run = isinstance(subject, Path)
-        self._job: Task | None = None
+        self.job: Task | None = None
 
     def content(self) -> ComposeResult:
         yield Static(id="verify-state")
@@ -64,27 +67,28 @@ Verification continues in the background when you leave the screen; return to se
         own = [task for task in self.gaitsim.tasks.all
                if task.arguments[:2] == (VERB, self._subject)]  # fmt: skip
         if own:
-            self._job = own[-1]
+            self.job = own[-1]
             self._show()
         else:
             self._start_verification()
         self.set_interval(0.5, self._tick)
 
     def _start_verification(self, *options: str) -> None:
-        self._job = self.gaitsim.start_task((VERB, self._subject, *options))
+        columns = self.size.width - 4  # of the padding
+        self.job = self.gaitsim.tasks.start((VERB, self._subject, *options), columns=columns)
         self._show()
 
     def on_task_changed(self, event: TaskChanged) -> None:
         """Show the progress and the result."""
-        if event.task is self._job:
+        if event.task is self.job:
             self._show()
 
     def _tick(self) -> None:
-        if self._job is not None and self._job.running:
+        if self.job is not None and self.job.running:
             self._show()
 
     def _show(self) -> None:
-        task = self._job
+        task = self.job
         assert task is not None
         colours = INKS
         glyph, word, colour = _verdict(task)
@@ -111,14 +115,14 @@ Verification continues in the background when you leave the screen; return to se
         self._start_verification(ALL)
 
     def action_stop(self) -> None:
-        if self._job is not None:
-            self.gaitsim.tasks.stop(self._job)
+        if self.job is not None:
+            self.gaitsim.tasks.stop(self.job)
 
     def command_line(self) -> str:
-        return self._job.command if self._job else command(VERB, self._subject)
+        return self.job.command if self.job else command(VERB, self._subject)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        running = self._job is not None and self._job.running
+        running = self.job is not None and self.job.running
         if action in ("some", "all"):
             return not running and self._is_run
         if action == "stop":
