@@ -268,7 +268,9 @@ class TestLoading:
         Path("bad [b].toml").write_text("[[[")
         async with fill(begin=begin) as (driver, screen):
             assert what in status(screen)
-            assert begin in str(screen.query_one("#preset", Button).label)
+            button = screen.query_one("#preset", Button)
+            assert begin in str(button.label)
+            await driver.until(lambda: button.size.width > len(str(button.label)))
             await choose(driver, "millipede random")
             await driver.until(lambda: screen.validation is not None)
             assert screen.builder.preset.reference == "millipede-random"

@@ -79,7 +79,9 @@ class ExperimentHead(Horizontal):
 
     def show_preset(self, reference: str) -> None:
         """Show the name of a preset or the path of a file."""
-        self.query_one("#preset", Button).label = Content(f"{clip_name(reference, PRESET)} ▾")
+        button = self.query_one("#preset", Button)
+        button.label = Content(f"{clip_name(reference, PRESET)} ▾")
+        button.refresh(layout=True)  # a new label does not change the width by itself
 
     def fill(self, builder: ExperimentBuilder) -> None:
         """Show the name and the seed."""
