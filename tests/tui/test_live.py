@@ -151,7 +151,7 @@ class TestStopped:
                 "go", "step", "change", "goal", "fork", "log", "replay", "export", "why",
                 "laboratory",
             }  # fmt: skip
-            assert f"champion of gen. {generation}: score {score:.4f}" in text(
+            assert f"score {score:.4f}, champion of gen. {generation}" in text(
                 screen, "#live-champion"
             )
             lines = {line.split()[0]: line for line in text(screen, "#live-table").splitlines()}

@@ -249,7 +249,8 @@ class Board(Vertical):
         except GaitsimError as error:
             self.canvas.set_skeleton(None, str(error))
         self._shown, self._simulating = best, False
-        text = f"champion of gen. {best.generation:,}: score {number(best.score, 4)}"
+        # The score comes first because a narrow pane cuts the end.
+        text = f"score {number(best.score, 4)}, champion of gen. {best.generation:,}"
         self._champion.show([Text(text, end="", no_wrap=True)])
 
     def _theme(self) -> Styles:
