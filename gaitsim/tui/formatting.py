@@ -4,6 +4,8 @@ from rich.cells import cell_len, set_cell_size
 
 from gaitsim.render.terminal.text import visible
 
+NOTIFIED = 100  # columns of a command or an error in a notification; a code takes thousands
+
 
 def percentage(share: float) -> str:
     """Format a share from 0 to 1 in five characters: '  3 %', '100 %'."""

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from gaitsim.render.terminal.text import number, visible
+from gaitsim.tui.formatting import NOTIFIED, clip
 
 if TYPE_CHECKING:
     from gaitsim.storage.background import BackgroundProcess
@@ -68,7 +69,8 @@ def _end(run: Path) -> RunEnd | None:
     if found is None or found.state not in ("finished", "failed"):
         return None
     if found.failure is not None:
-        return RunEnd(f"{visible(run.name)} failed", found.failure.what, failed=True)
+        text = clip(found.failure.what, NOTIFIED)
+        return RunEnd(f"{visible(run.name)} failed", text, failed=True)
     best = "" if found.best is None else f", best {number(found.best, 4)}"
     text = f"generation {found.generation}{best}"
     return RunEnd(f"{visible(run.name)} finished", text, failed=False)

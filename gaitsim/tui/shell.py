@@ -24,7 +24,7 @@ from textual.widgets import DataTable, Input, OptionList, Static
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import THEME, Config, format_problem, remember
-from gaitsim.tui.formatting import clip
+from gaitsim.tui.formatting import NOTIFIED, clip
 from gaitsim.tui.hints import Hints, state_path
 from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
@@ -47,7 +47,6 @@ _LIST = ("cursor_down", "cursor_up", "first", "last", "page_down", "page_up")
 _TABLE = ("cursor_down", "cursor_up", "scroll_top", "scroll_bottom", "page_down", "page_up")
 _TEXT = ("scroll_down", "scroll_up", "scroll_home", "scroll_end", "page_down", "page_up")
 _KEYS = {action.name: action.keys for action in ACTIONS["list"]}
-NOTIFIED = 100  # characters of a command in a notification; a code can have thousands
 _FILTERS = ControlCharacterFilter(), ContrastFilter()
 
 

@@ -140,9 +140,7 @@ class Tasks:
         self._processes: dict[int, asyncio.subprocess.Process] = {}
         self._running: set[asyncio.Task[None]] = set()
 
-    def start(
-        self, arguments: Sequence[str], *, opens: bool = False, columns: int = 80
-    ) -> Task:
+    def start(self, arguments: Sequence[str], *, opens: bool = False, columns: int = 80) -> Task:
         """Run a gaitsim command; with `opens`, open the file that it writes."""
         task = Task(tuple(arguments), opens=opens, columns=columns)
         self.all.append(task)

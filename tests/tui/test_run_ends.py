@@ -42,7 +42,7 @@ def run(here, puppet):
 def fail(run, monkeypatch, tmp_path):
     monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / "runtime"))
     create_runtime_folder()
-    error = RunError("the disk is full\x1b]0;", remedy="free some space").to_dict()
+    error = RunError("the disk is full\x1b]0;" + "x" * 500, remedy="free some space").to_dict()
     data = {"error": error, "identity": identity(run)}
     runtime_file(run, FAILURE).write_text(json.dumps(data))
 
@@ -68,7 +68,8 @@ def test_finished_and_failed_runs_are_reported_once(run, evolving, monkeypatch, 
     evolving.clear()
     (end,) = ends.poll()
     assert (end.title, end.failed) == ("puppet failed", True)
-    assert end.text.startswith("the disk is full")
+    assert end.text.startswith("the disk is full\\x1b]0;x")
+    assert len(end.text) <= 100  # a notification must not cover the screen
 
 
 def test_a_deleted_run_is_not_reported(run, evolving):
