@@ -50,6 +50,17 @@ async def test_a_hint_shows_the_key_of_the_settings(walk, drive, config):
         await driver.until(lambda: "^n: create a new run" in driver.text(HintLine))
 
 
+async def test_a_hint_that_does_not_fit_is_omitted(walk, drive, config):
+    walk()
+    async with drive(config=config(), size=(80, 24)) as driver:
+        await driver.press("r")
+        await driver.at("Replay")
+        await driver.until(lambda: "pause the motion" in driver.text(HintLine))
+        assert driver.text(HintLine) == "Hint: space: pause the motion"
+        await driver.pilot.resize_terminal(120, 34)
+        await driver.until(lambda: "above, or the front" in driver.text(HintLine))
+
+
 async def test_hints_can_be_turned_off(walk, drive, config):
     walk()
     async with drive(config=config("[tui]\nhints = false")) as driver:

@@ -610,6 +610,8 @@ class TestBackground:
             await driver.press(*["up"] * names(driver).index("c"), "home")
             await driver.press(*["down"] * names(driver).index("a"))
             await driver.until(lambda: "home.later" not in driver.offered())
+            await driver.press(_character_to_key("<"))
+            await driver.until(lambda: "does not wait in the queue" in driver.notifications())
         for process in background_processes():
             kill(process.run)
 

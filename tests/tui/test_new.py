@@ -274,6 +274,8 @@ class TestLoading:
             await choose(driver, "millipede random")
             await driver.until(lambda: screen.validation is not None)
             assert screen.builder.preset.reference == "millipede-random"
+            button = screen.query_one("#preset", Button)
+            await driver.until(lambda: button.region.width >= len("millipede-random ▾"))
 
     @pytest.mark.slow
     async def test_loading_a_preset_asks_before_discarding_changes(self, fill):
@@ -283,6 +285,11 @@ class TestLoading:
             await choose(driver, "fly")
             await driver.at("Confirm")
             assert driver.text(".dialog-about") == "1 change will be discarded."
+            await driver.press("n")
+            await driver.until(lambda: driver.screen is screen)
+            await driver.press("ctrl+z")
+            await driver.at("Confirm")
+            assert "Undo all changes?" in driver.text(".dialog-title")
             await driver.press("n")
             await driver.until(lambda: driver.screen is screen)
             assert screen.builder.changes

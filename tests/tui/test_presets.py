@@ -49,6 +49,15 @@ async def test_a_filter_without_hits_says_so_and_opens_nothing(here, drive):
         await driver.at("Home")
 
 
+async def test_the_preset_with_exactly_the_typed_name_is_chosen(here, drive):
+    async with drive() as driver:
+        driver.app.drafts |= {"spider-atlas": None}
+        screen = await shown(driver)
+        assert screen._card.preset.name == "spider-atlas"
+        await driver.type("spider")
+        await driver.until(lambda: screen._card.preset.name == "spider")
+
+
 async def test_arrows_reach_every_card(here, drive):
     async with drive() as driver:
         screen = await shown(driver)
@@ -146,6 +155,10 @@ async def test_a_file_is_found_by_completion_and_returned(here, drive, folder):
         await driver.until(lambda: not menu.option_count)
         await driver.press("enter")
         assert "file not found" in driver.text("#file-problem")
+        screen.query_one("#path").value = f"./{folder}/meshes/"
+        await driver.until(lambda: screen.query_one("#path").value == f"{folder}/meshes/")
+        await driver.press("enter")
+        assert "neither a robot nor an experiment in" in driver.text("#file-problem")
         screen.query_one("#path").value = f"{folder}/mi"
         await driver.until(lambda: menu.option_count == 1)
         await driver.press("enter")

@@ -264,7 +264,7 @@ class GaitScreen(Screen[None]):
             for binding in kind.__dict__.get("BINDINGS", ()):
                 if not isinstance(binding, Binding) or event.key not in binding.key.split(","):
                     continue
-                why = self.obstacle(binding.action)
+                why = self.obstacle(_name(binding))
                 if why and event.key not in self.active_bindings:  # slow: checks all keys
                     self.notify(why, title=binding.description, markup=False)
                     return
@@ -314,7 +314,12 @@ def unavailable(screen: GaitScreen, titles: Collection[str]) -> Iterator[tuple[B
             if binding.description not in seen and binding.action != "back":
                 seen.add(binding.description)
                 why = NAMED[binding.id or ""].why
-                yield binding, screen.obstacle(binding.action) or why or NOT_NOW
+                yield binding, screen.obstacle(_name(binding)) or why or NOT_NOW
+
+
+def _name(binding: Binding) -> str:
+    """Return the name of a binding's action, without arguments."""
+    return binding.action.partition("(")[0]
 
 
 def is_command(binding: Binding) -> bool:

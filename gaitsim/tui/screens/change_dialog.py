@@ -227,7 +227,7 @@ class ChangeDialog(Dialog[ChangeRequest | None]):
             if self._fork:
                 yield Label("folder of the copy; the original run is not changed")
                 yield self._folder
-            yield Label("changes that start with the next generation, such as fitness.yaw_weight=8")
+            yield Label("changes for the next generations, such as evolution.generations=900")
             yield self._input
             yield self._options
             with VerticalScroll(id="change-about", can_focus=False):

@@ -129,7 +129,10 @@ class ChooseFile(Dialog[str | None]):
         return Path(folder or ".").expanduser(), begin
 
     @on(Input.Changed)
-    def _changed(self) -> None:
+    def _changed(self, event: Input.Changed) -> None:
+        if event.value.startswith((".//", "./~")):  # a whole path was typed after the ./
+            event.input.value = event.value.removeprefix("./")
+            return
         self.query_one("#file-problem", Static).update("")
         self._list()
 
@@ -181,7 +184,8 @@ class ChooseFile(Dialog[str | None]):
             # A path with a folder is not mistaken for a preset's name.
             self.dismiss(text if path.name != text else f"./{text}")
         else:
-            problem = f"✗ file not found: {visible(str(path))}"
+            wrong = "neither a robot nor an experiment in" if path.is_dir() else "file not found:"
+            problem = f"✗ {wrong} {visible(str(path))}"
             self.query_one("#file-problem", Static).update(Text(problem))
 
     def action_move(self, by: int) -> None:

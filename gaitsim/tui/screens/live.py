@@ -144,6 +144,8 @@ with `gaitsim attach`.
         )
         self.process, self._stopping = engine, False
         self.board.show_problem(None)
+        if launch:
+            self.take(engine.last)  # a process takes seconds to start
         self._steer(engine, step)
 
     @work(group="source", exclusive=True)

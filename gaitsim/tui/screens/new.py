@@ -323,10 +323,12 @@ restores; Ctrl-Z undoes all changes.
 
     @work(group="ask", exclusive=True)
     async def _replace(self, reference: str) -> None:
-        """Load a different preset, after asking whether to discard changes."""
+        """Load a preset, after asking whether to discard changes."""
         if self.builder is not None and self.builder.changes:
             about = f"{self.builder.changes_text} will be discarded."
-            if not await self.app.push_screen_wait(Confirm(f"Load {reference}?", "Load", about)):
+            same = reference == self.builder.preset.reference
+            title, yes = ("Undo all changes?", "Undo") if same else (f"Load {reference}?", "Load")
+            if not await self.app.push_screen_wait(Confirm(title, yes, about)):
                 return
             self.gaitsim.drafts.pop(self.builder.preset.reference, None)
         self._load_preset(reference)

@@ -214,7 +214,9 @@ class Presets(Dialog[str | None]):
             grid = heading.parent.children[heading.parent.children.index(heading) + 1]  # type: ignore[union-attr]
             grid.display = heading.display = any(card.display for card in grid.children)
         cards = self._cards
-        self._choose(self._card if self._card in cards else next(iter(cards), None))
+        now = self._card if self._card in cards else next(iter(cards), None)
+        exact = (card for card in cards if [card.preset.name.casefold()] == words)
+        self._choose(next(exact, now))
 
     @on(Input.Submitted)
     def _open(self) -> None:

@@ -194,10 +194,18 @@ class HintLine(Static):
             for _, binding, enabled, _ in screen.active_bindings.values()
             if enabled and self._hints.is_needed(binding.id or "")
         }
-        text = " · ".join([found[name] for name in HINTED if name in found][:SHOWN])
+        text = ""
+        for hint in [found[name] for name in HINTED if name in found][:SHOWN]:
+            longer = f"{text} · {hint}" if text else f"Hint: {hint}"
+            if not text or cell_len(longer) <= self.app.size.width - 2:
+                text = longer
         if text != self._text:
             self._text, self.display = text, bool(text)
-            self.update(Content(f"Hint: {text}"))
+            self.update(Content(text))
+
+    def on_resize(self) -> None:
+        """Show as many hints as fit."""
+        self._update(self.screen)
 
 
 def _lowered(sentence: str) -> str:
