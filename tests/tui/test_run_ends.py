@@ -25,7 +25,7 @@ def evolving(monkeypatch):
     runs = set()
 
     def found(folder):
-        return [BackgroundProcess(run.resolve(), 1, "running") for run in runs]
+        return [BackgroundProcess(run.resolve(), 1, "running", 0.0) for run in runs]
 
     monkeypatch.setattr(run_ends, "processes_in", found)
     return runs
