@@ -1,17 +1,20 @@
 """Saved views of lists of runs: `views.toml` beside the settings of the user."""
 
 import os
-from collections.abc import Mapping
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.opening import read_regular
 from gaitsim.storage.files.atomic import write_bytes, writing
 from gaitsim.storage.query import parse_query
+
+if TYPE_CHECKING:
+    from tomlkit import TOMLDocument
 
 LARGEST = 1_000_000  # bytes
 
@@ -55,7 +58,7 @@ def read_views() -> tuple[dict[str, View], dict[str, GaitsimError]]:
     """
     path = views_path()
     views, problems = {}, {}
-    for name, table in toml.parse(_read(path), str(path)).items():
+    for name, table in toml.parse(read_settings(path), str(path)).items():
         try:
             views[name] = _view(name, table)
         except GaitsimError as error:
@@ -83,34 +86,36 @@ def save_view(view: View) -> None:
         )
     parse_query(view.where)
     values = {key: value for key, value in asdict(view).items() if value and key != "name"}
-    _edit(view.name, {**values, **({"columns": [*view.columns]} if view.columns else {})})
+    values |= {"columns": [*view.columns]} if view.columns else {}
+    with editing(views_path()) as document:
+        document.pop(view.name, None)
+        document[view.name] = values
 
 
 def forget_view(name: str) -> None:
     """Delete a saved view."""
     if name not in read_views()[1]:  # an invalid view can be deleted, too
         find_view(name)
-    _edit(name, None)
+    with editing(views_path()) as document:
+        document.pop(name, None)
 
 
-def _edit(name: str, values: Mapping[str, Any] | None) -> None:
-    """Replace a table of the file, or delete it, and keep the rest."""
+@contextmanager
+def editing(path: Path) -> Iterator["TOMLDocument"]:
+    """Yield a settings file for changes, which keep the rest of the file and its comments."""
     import tomlkit
 
-    path = views_path()
     with writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
-    text = _read(path)
+    text = read_settings(path)
     toml.parse(text, str(path))
     document = tomlkit.parse(text)
-    with suppress(KeyError):
-        del document[name]
-    if values is not None:
-        document[name] = {**values}
+    yield document
     write_bytes(path, tomlkit.dumps(document).encode())
 
 
-def _read(path: Path) -> str:
+def read_settings(path: Path) -> str:
+    """Return the text of a settings file; '' if it does not exist."""
     try:
         return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
     except FileNotFoundError:

@@ -28,14 +28,12 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.opening import read_regular
-from gaitsim.storage.views import config_folder
+from gaitsim.storage.views import config_folder, editing, read_settings
 from gaitsim.toml import literal, parse
 from gaitsim.tui.keys import PREFIX
 from gaitsim.tui.themes import check_theme
 
 THEME = "theme"
-LARGEST = 1_000_000  # bytes
 MODIFIERS = {"ctrl", "shift", "alt", "meta", "super", "hyper"}
 KEYS = (
     frozenset(key.value.rpartition("+")[2] for key in Keys)
@@ -115,7 +113,7 @@ def config_path() -> Path:
 def read_config(path: Path) -> Config:
     """Read the valid settings in a file, and its problems."""
     try:
-        data = parse(_read(path), str(path))
+        data = parse(read_settings(path), str(path))
     except GaitsimError as error:
         return Config(path, problems=(error,))
     data |= {"keys": _flatten(data["keys"])} if "keys" in data else {}
@@ -138,17 +136,6 @@ def read_config(path: Path) -> Config:
     return Config(path, theme, tui.notify, tui.preview, found.keys, tui.hints, tuple(problems))
 
 
-def _read(path: Path) -> str:
-    """Return the text of the settings; '' if the file does not exist."""
-    try:
-        return read_regular(path, LARGEST, follow=True).decode("utf-8-sig")
-    except FileNotFoundError:
-        return ""
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is not UTF-8 text"
-        raise GaitsimError(f"cannot read {path}: {reason}") from None
-
-
 def _problem(path: Path, sections: list[str], name: str, detail: Any) -> GaitsimError:
     key = ".".join([*sections, name])
     where = f"{path}, key {key}"
@@ -163,18 +150,11 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
 
 def remember(path: Path, key: str, value: str | bool) -> None:
     """Write a key of [tui] to the settings; keep the rest of the file, including comments."""
-    import tomlkit
-
-    from gaitsim.storage.files.atomic import write_bytes, writing
-
-    with writing(path):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        text = _read(path)
-    if not isinstance(parse(text, str(path)).get("tui", {}), dict):
-        raise GaitsimError("'tui' must be a section, written as [tui]", where=str(path))
-    document = tomlkit.parse(text)
-    document.setdefault("tui", tomlkit.table())[key] = value
-    write_bytes(path, tomlkit.dumps(document).encode())
+    with editing(path) as document:
+        tui = document.setdefault("tui", {})
+        if not isinstance(tui, dict):
+            raise GaitsimError("'tui' must be a section, written as [tui]", where=str(path))
+        tui[key] = value
 
 
 def format_problem(problem: GaitsimError) -> str:
