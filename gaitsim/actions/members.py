@@ -12,7 +12,7 @@ from gaitsim.actions.action import WORKERS, OneRun
 from gaitsim.console.printing import echo, output, print_json, print_table, report_files
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Pair
-from gaitsim.errors import GaitsimError, RunError, unknown
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.render.terminal.text import number
 from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import command
@@ -83,7 +83,7 @@ class ListMembers(OneRun):
 
         self._check()
         run = RunSnapshot.find(self.run)
-        found = _members(run)
+        found = run.required_members("evolve with a search such as 'nsga-2' or 'map-elites'")
         if self.show_map:
             _print_map(run, found, self.axes)
             return
@@ -120,17 +120,6 @@ class ListMembers(OneRun):
                     allowed="FILE.csv",
                 )
             check_folder(self.out)
-
-
-def _members(run: RunSnapshot) -> Members:
-    found = run.members
-    if found is None:
-        name = run.experiment.entries["search"].name
-        raise RunError(
-            f"the search {name!r} of the run {run.path} keeps neither a front nor an archive",
-            remedy="evolve with a search that does, such as 'nsga-2' or 'map-elites'",
-        )
-    return found
 
 
 def _gaits(run: RunSnapshot, members: Members, workers: int | None) -> dict[str, list[Any]]:

@@ -1,6 +1,5 @@
 """`gaitsim runs`: list, find, watch, tag and delete runs."""
 
-import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
@@ -8,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.actions.action import JSON, Action, argument, not_combinable
-from gaitsim.console.printing import confirm, echo, notice, output, print_json, print_table
+from gaitsim.console.printing import agrees, echo, notice, output, print_json, print_table
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
@@ -223,9 +222,9 @@ class ListRuns(Action):
 
     def _print(self, found: Sequence[Overview], view: View, any_runs: bool) -> None:
         """Print runs as lines of JSON, a table, or a table for each group."""
-        groups = group_runs(found, view.group) if view.group else {None: found}
+        groups = group_runs(found, view.group) if view.group else [(None, found)]
         if self.json_lines:
-            for runs in groups.values():
+            for _, runs in groups:
                 for run in runs:
                     chosen = {key: value_of(run, key) for key in view.columns}
                     print_json({"run": run.name, **chosen} if chosen else _row(run))
@@ -242,7 +241,7 @@ class ListRuns(Action):
                 for key, head in heads.items()
                 if any(isinstance(value_of(run, key), int | float) for run in found)
             ]
-            for value, runs in groups.items():
+            for value, runs in groups:
                 if view.group:
                     _print_heading(view.group, value, runs)
                 rows = [[_cell(run, key) for key in columns] for run in runs]
@@ -254,7 +253,8 @@ class ListRuns(Action):
         added, removed = self.tag or (), self.untag or ()
         changed = {run.path: ({*run.tags} | {*added}) - {*removed} for run in found}
         words = " ".join([*(f"+{tag}" for tag in added), *(f"-{tag}" for tag in removed)])
-        if self._agrees(f"change the tags of {_names([*changed])}: {words}", ask=len(changed) > 1):
+        what = f"change the tags of {_names([*changed])}: {words}"
+        if agrees(what, yes=self.yes or len(changed) == 1):
             for path, tags in changed.items():
                 result = write_tags(path, tags)
                 self._report(
@@ -265,7 +265,7 @@ class ListRuns(Action):
         """Delete runs after confirmation, and report the failures at the end."""
         named = _names(paths)
         what = f"delete {named} permanently" if self.permanently else f"move {named} to the trash"
-        if not self._agrees(what):
+        if not agrees(what, yes=self.yes):
             return
         problem: GaitsimError | None = None
         for path in paths:
@@ -280,20 +280,6 @@ class ListRuns(Action):
                 problem = problem or error
         if problem is not None:
             raise problem
-
-    def _agrees(self, what: str, *, ask: bool = True) -> bool:
-        """Return whether the user agrees to a change."""
-        if not ask or self.yes:
-            return True
-        if not sys.stdin.isatty():
-            raise GaitsimError(
-                f"cannot {what}: there is no terminal to confirm it",
-                remedy="add --yes to change runs without asking",
-            )
-        if confirm(f"{what[0].upper()}{what[1:]}?"):
-            return True
-        notice("Nothing was changed.")
-        return False
 
     def _report(self, values: dict[str, Any], text: str) -> None:
         if self.json_lines:

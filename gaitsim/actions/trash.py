@@ -1,13 +1,12 @@
 """`gaitsim trash list`, `restore` and `empty`."""
 
-import sys
 import time
 from pathlib import Path
 
 from gaitsim.actions.action import JSON, Action, argument
-from gaitsim.console.printing import confirm, echo, notice, print_json, print_table
+from gaitsim.console.printing import agrees, echo, print_json, print_table
 from gaitsim.contracts.plugin import option
-from gaitsim.errors import GaitsimError, unknown
+from gaitsim.errors import unknown
 from gaitsim.render.terminal.text import age, ago
 from gaitsim.storage.files.folder import RUNS, check_root
 from gaitsim.storage.manage import KEPT, empty_trash, list_trash, restore_run
@@ -103,15 +102,8 @@ class EmptyTrash(Action):
         oldest = time.time() - self.older_than * DAY
         count = sum(run.deleted <= oldest for run in list_trash(self.root))
         runs = "1 run" if count == 1 else f"{count} runs"
-        if count and not self.yes:
-            if not sys.stdin.isatty():
-                raise GaitsimError(
-                    f"{runs} cannot be deleted: there is no terminal to confirm it",
-                    remedy="add --yes to delete without asking",
-                )
-            if not confirm(f"Delete {runs} permanently?"):
-                notice("Nothing was deleted.")
-                return
+        if not agrees(f"delete {runs} permanently", yes=self.yes or not count):
+            return
         deleted = empty_trash(self.root, self.older_than * DAY)
         if self.json_lines:
             for run in deleted:

@@ -21,6 +21,7 @@ from rich.table import Table
 from rich.text import Text, TextType
 
 from gaitsim.console.streams import machine_readable, results
+from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 
 PIPED_WIDTH = 1000  # columns, so that rows are not wrapped for programs
@@ -85,9 +86,19 @@ class _Elapsed:
         return Text(f"{self._text} {seconds} s" if seconds else self._text)
 
 
-def confirm(question: str) -> bool:
-    """Ask for yes or no."""
-    return typer.confirm(visible_lines(question))
+def agrees(what: str, *, yes: bool) -> bool:
+    """Return whether the user agrees to a change, such as 'delete 2 runs'; `yes` does not ask."""
+    if yes:
+        return True
+    if not sys.stdin.isatty():
+        raise GaitsimError(
+            f"cannot {what}: there is no terminal to confirm it",
+            remedy="add --yes to change runs without asking",
+        )
+    if typer.confirm(visible_lines(f"{what[0].upper()}{what[1:]}?")):
+        return True
+    notice("Nothing was changed.")
+    return False
 
 
 def print_record(kind: str, **values: Any) -> None:

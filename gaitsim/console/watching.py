@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rich.live import Live
 from rich.table import Table
@@ -13,15 +13,58 @@ from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import output, print_json
 from gaitsim.live.protocol import Speed
 from gaitsim.live.slots import queued_runs
-from gaitsim.live.usage import process_usage
 from gaitsim.render.terminal.text import duration, number, visible
+from gaitsim.storage.background import background_process
 from gaitsim.storage.growing import RunsWatcher
+from gaitsim.storage.lock import owner_process
 from gaitsim.storage.overview import Overview
 from gaitsim.storage.query import Query
 
 PERIOD = 1.0  # seconds between two updates
 RECENT = 10.0  # seconds over which speeds are measured
 COLUMNS = ("run", "state", "generation", "best", "gen./s", "left", "CPU", "memory")
+
+_Readings = dict[tuple[int, float], tuple[float, float]]
+"""Processor time and time of the last reading, by ID and start of a process, all in seconds."""
+_last: dict[Path, _Readings] = {}
+
+
+class Usage(NamedTuple):
+    """The processor time and memory of a run's process and its workers.
+
+    Attributes:
+        share: processor time per time since the last reading, or since their start; 1.0 is a core.
+        memory: resident memory, in bytes; memory that processes share counts for each.
+    """
+
+    share: float
+    memory: int
+
+
+def process_usage(run: Path) -> Usage | None:
+    """Return the usage of the process that evolves a run; None without one on this machine."""
+    import psutil
+
+    found = background_process(run)
+    pid = found.pid if found else owner_process(run)
+    before, now = _last.pop(run, {}), time.time()
+    share, memory, readings = 0.0, 0, _Readings()
+    try:
+        main = psutil.Process(pid) if pid else None
+        for process in [main, *main.children(recursive=True)] if main else []:
+            with process.oneshot():
+                times, started = process.cpu_times(), process.create_time()
+                memory += process.memory_info().rss
+            spent, key = times.user + times.system, (process.pid, started)
+            spent_before, at = before.get(key, (0.0, started))
+            share += max(spent - spent_before, 0.0) / max(now - at, 0.01)
+            readings[key] = spent, now
+    except psutil.Error:  # a process has just ended
+        return None
+    if not readings:
+        return None
+    _last[run] = readings
+    return Usage(share, memory)
 
 
 class RunsMonitor:

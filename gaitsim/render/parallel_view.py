@@ -16,15 +16,14 @@ from gaitsim.contracts import Members
 from gaitsim.errors import GaitsimError, unknown
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
-from gaitsim.individual import Individual
+from gaitsim.individual import Member
 from gaitsim.registry import plugin_errors
-from gaitsim.render.ticks import labels, ticks
+from gaitsim.render.ticks import clipped, ends_of, labels, ticks
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.study.file import EXPERIMENT, Cell, Scalar, Study
 from gaitsim.study.running import Best
 
 MAX_CHOICES = 12  # an option with more numbers has an axis of numbers instead of one of choices
-MAX_VALUE = 1e300  # limit of values, so that the difference of two is finite
 SPREAD = 0.5  # distance between the outermost items with the same choice, in choices
 _CHUNK = 100  # members that are simulated at once
 SCORE = "score"
@@ -60,18 +59,12 @@ class ParallelAxis:
         """The values at both ends of the axis, which differ."""
         if self.choices:
             return -0.5, len(self.choices) - 0.5
-        known = np.clip(self.values[np.isfinite(self.values)], -MAX_VALUE, MAX_VALUE)
-        low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-        if high - low <= max(1e-9 * max(abs(low), abs(high)), 1e-300):
-            half = 0.1 * abs(low) or 1.0
-            return low - half, high + half
-        return low, high
+        return ends_of(self.values)
 
     def share(self, values: Floats) -> Floats:
         """Return the position of values along the axis, 0 to 1; NaN for values that are not."""
         low, high = self.ends
-        known = np.where(np.isfinite(values), np.clip(values, -MAX_VALUE, MAX_VALUE), np.nan)
-        shares: Floats = (known - low) / (high - low)
+        shares: Floats = (clipped(values) - low) / (high - low)
         return shares
 
     def ticks(self, most: int) -> list[tuple[float, str]]:
@@ -141,26 +134,19 @@ class ParallelView:
         Raises:
             GaitsimError: the run has no members, or a measure is unknown.
         """
-        members = run.members
-        if members is None:
-            name = run.experiment.entries["search"].name
-            raise GaitsimError(
-                f"the search {name!r} keeps neither a front nor an archive",
-                where=str(run.path),
-                allowed="a search that does, such as nsga-2 or map-elites",
-            )
+        members = run.required_members("evolve with a search such as 'nsga-2' or 'map-elites'")
         directions: Mapping[str, Literal["max", "min"]] = {}
         if members.cells is None:
             directions = getattr(run.experiment.search, "objectives", {})
-        first = _first(run, members)
+        unit_of = run.individual(Member(1)).unit_of if len(members.scores) else lambda name: ""
         axes = [
-            ParallelAxis(name, values, _unit(first, name), directions.get(name, ""))
+            ParallelAxis(name, values, unit_of(name), directions.get(name, ""))
             for name, values in members.values.items()
             if name != SCORE
         ]
         experiment = run.experiment_at(run.generation)
         axes += _measured(experiment, members, [one for one in measures if one != SCORE])
-        axes.append(ParallelAxis(SCORE, members.scores, _unit(first, SCORE), "max"))
+        axes.append(ParallelAxis(SCORE, members.scores, unit_of(SCORE), "max"))
         return cls(tuple(axes), "members")
 
     @classmethod
@@ -198,16 +184,6 @@ class ParallelView:
         unit = units.pop() if len(units) == 1 else ""
         axes.append(ParallelAxis("mean best score", scores, unit, "max"))
         return cls(tuple(axes), "cells")
-
-
-def _first(run: RunSnapshot, members: Members) -> Individual | None:
-    from gaitsim.individual import Member
-
-    return run.individual(Member(1)) if len(members.scores) else None
-
-
-def _unit(first: Individual | None, name: str) -> str:
-    return first.unit_of(name) if first is not None else ""
 
 
 def _measured(

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 UNITS = ((1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 """Units of length for labels: size in metres and symbol, in descending order."""
+MAX_VALUE = 1e300  # limit of values, so that the difference of two is finite
 
 
 def format_round_length(metres: float) -> str:
@@ -37,6 +38,26 @@ def ticks(low: float, high: float, most: int, *, whole: bool = False) -> NDArray
     found = np.arange(first, last + 1, dtype=np.float64) * step
     # There can be one more tick than steps.
     return found[:: 2 if len(found) > most > 1 else 1]
+
+
+def clipped(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return values clipped so that the difference of two is finite; NaN for infinite ones."""
+    return np.where(np.isfinite(values), np.clip(values, -MAX_VALUE, MAX_VALUE), np.nan)
+
+
+def ends_of(values: NDArray[np.float64], margin: float = 0.0) -> tuple[float, float]:
+    """Return the ends of an axis for values; values that are all equal are in its middle.
+
+    Args:
+        values: values, of which those that are not finite are ignored.
+        margin: empty share of the axis beyond the outermost values.
+    """
+    known = clipped(values[np.isfinite(values)])
+    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    if high - low <= max(1e-9 * max(abs(low), abs(high)), 1e-300):
+        half = 0.1 * abs(low) or 1.0
+        return low - half, high + half
+    return low - margin * (high - low), high + margin * (high - low)
 
 
 def log_ticks(low: float, high: float, most: int) -> NDArray[np.float64]:

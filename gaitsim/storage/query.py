@@ -262,9 +262,10 @@ def sort_runs(runs: Iterable[Overview], key: str) -> list[Overview]:
     return [run for *_, run in with_value] + without
 
 
-def group_runs(runs: Iterable[Overview], key: str) -> dict[Value | None, list[Overview]]:
-    """Return runs by the value of a key, in order of appearance."""
-    groups: dict[Value | None, list[Overview]] = {}
+def group_runs(runs: Iterable[Overview], key: str) -> list[tuple[Value | None, list[Overview]]]:
+    """Return each value of a key with its runs, in order of appearance."""
+    groups: dict[str, tuple[Value | None, list[Overview]]] = {}
     for run in runs:
-        groups.setdefault(value_of(run, key), []).append(run)
-    return groups
+        value = value_of(run, key)  # not always hashable, such as the tables of worlds.cases
+        groups.setdefault(repr(value), (value, []))[1].append(run)
+    return [*groups.values()]

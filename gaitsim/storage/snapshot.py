@@ -494,14 +494,19 @@ class RunSnapshot:
         near = np.flatnonzero(distance <= distance.min() + NEAR_TOLERANCE)
         return Member(int(near[np.argmax(found.scores[near])]) + 1)
 
-    def _member(self, which: Member) -> Individual:
+    def required_members(self, remedy: str) -> Members:
+        """Return the members; without any, raise an error with a remedy."""
         found = self.members
         if found is None:
             raise RunError(
                 f"the run {self.path} has no members: its search keeps neither a front nor an "
                 "archive",
-                remedy="omit the member to use the champion",
+                remedy=remedy,
             )
+        return found
+
+    def _member(self, which: Member) -> Individual:
+        found = self.required_members("omit the member to use the champion")
         count, index = len(found.scores), which.number - 1
         if not 0 <= index < count:
             raise RunError(

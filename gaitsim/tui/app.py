@@ -81,9 +81,7 @@ class GaitsimApp(Shell):
         self.push_screen(TaskList())
 
     def action_copy_command(self) -> None:
-        command = self._command()
-        self.copy_to_clipboard(command)
-        self.notify(command, title="Copied", markup=False)
+        self.copy(self._command())
 
     def _command(self) -> str:
         return self.screen.command_line() if isinstance(self.screen, GaitScreen) else ""

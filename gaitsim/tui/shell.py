@@ -205,6 +205,11 @@ class Shell(ViKeys):
         """Show an error as plain text."""
         self.notify(str(error), title="", severity="error", markup=False, timeout=10)
 
+    def copy(self, text: str) -> None:
+        """Copy a text to the clipboard, and show it."""
+        self.copy_to_clipboard(text)
+        self.notify(text, title="Copied", markup=False)
+
     def _fatal_error(self) -> None:
         """End the app after an unexpected error: save its traceback and print one message."""
         error = self._exception

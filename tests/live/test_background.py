@@ -19,6 +19,7 @@ import pytest
 from filelock import FileLock
 from waiting import until
 
+from gaitsim.console.watching import process_usage
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.live import slots
 from gaitsim.live.evolving import CommandQueue
@@ -26,7 +27,6 @@ from gaitsim.live.process import background_state, kill, send, start_detached, s
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.server import Hub, Presence
 from gaitsim.live.slots import Slot, move_queued, queued_runs, slot_count
-from gaitsim.live.usage import process_usage
 from gaitsim.storage.background import (
     LOCK,
     SOCKET,

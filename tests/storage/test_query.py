@@ -2,6 +2,7 @@
 
 import time
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -163,6 +164,8 @@ def test_runs_without_a_value_are_last_in_any_order(key, order):
 
 
 def test_runs_are_grouped_in_order_of_appearance():
-    groups = group_runs(RUNS, "body")
-    assert {key: len(runs) for key, runs in groups.items()} == {"robot": 1, "spider": 2}
+    counts = [(key, len(runs)) for key, runs in group_runs(RUNS, "body")]
+    assert counts == [("robot", 1), ("spider", 2)]
+    tables = [replace(RUNS[0], options={"worlds.cases": [{"seed": at}]}) for at in (1.0, 2.0, 1.0)]
+    assert [len(runs) for _, runs in group_runs(tables, "worlds.cases")] == [2, 1]
     assert value_of(RUNS[0], "tag") == ("Größe", "good")

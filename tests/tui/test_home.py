@@ -462,7 +462,7 @@ class TestDeleting:
             await driver.press("a", "d")
             await driver.at("Confirm")
             await driver.press("y")
-            await driver.until(lambda: not driver.screen.listed())
+            await driver.until(lambda: not driver.screen.listed)
             await driver.press("Z")
             await driver.at("PickTrashed")
             await driver.press("enter")

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, save, styled
-from gaitsim.storage.files.atomic import writing
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, replace_figure, styled
 from gaitsim.study.importance import SEED, Importance
 from gaitsim.study.statistics import LEAST
 
@@ -22,11 +21,7 @@ MOST = 16  # maximum number of bars; the others have the smallest shares
 def plot_importance(folder: Path, importance: Sequence[Importance]) -> None:
     """Draw the importance of options into a folder; without shares, remove an old figure."""
     known = [one for one in importance if one.shares]
-    if known:
-        save(importance_figure(known), folder / FILE)
-    else:
-        with writing(folder / FILE):
-            (folder / FILE).unlink(missing_ok=True)
+    replace_figure(folder / FILE, importance_figure(known) if known else None)
 
 
 def importance_figure(importance: Sequence[Importance], theme: Theme = LIGHT) -> "Figure":

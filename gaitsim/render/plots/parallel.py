@@ -10,8 +10,7 @@ from gaitsim.errors import NothingToPlotError
 from gaitsim.render.archive_view import colour_scale_low
 from gaitsim.render.parallel_view import ParallelView
 from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, save, styled
-from gaitsim.storage.files.atomic import writing
+from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, replace_figure, styled
 from gaitsim.study.file import Cell, Study
 from gaitsim.study.running import Best
 
@@ -26,12 +25,9 @@ _SMOOTH = 24  # points of a line between two axes
 def plot_cells(folder: Path, study: Study, found: Sequence[tuple[Cell, Best]]) -> None:
     """Draw the cells of a study into a folder; with a single option, remove an old figure."""
     view = ParallelView.of_study(study, found)
-    if 3 <= len(view.axes) <= MAX_AXES and view.best is not None:
-        text = f"{study.name}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}"
-        save(parallel_figure(view, text, LIGHT), folder / FILE)
-    else:
-        with writing(folder / FILE):
-            (folder / FILE).unlink(missing_ok=True)
+    drawn = 3 <= len(view.axes) <= MAX_AXES and view.best is not None
+    text = f"{study.name}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}"
+    replace_figure(folder / FILE, parallel_figure(view, text, LIGHT) if drawn else None)
 
 
 def parallel_figure(view: ParallelView, text: str, theme: Theme) -> "Figure":

@@ -23,7 +23,7 @@ from gaitsim.render.colours import (
     RIGHT_ON_DARK,
     sides,
 )
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.files.atomic import write_bytes, writing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -149,6 +149,15 @@ def save(figure: "Figure", path: Path, theme: Theme = LIGHT) -> None:
     check_target(path)
     format = path.suffix.removeprefix(".").lower()
     write_bytes(path, picture(figure, format, theme))
+
+
+def replace_figure(path: Path, figure: "Figure | None") -> None:
+    """Write a figure; without one, remove an old figure."""
+    if figure is not None:
+        save(figure, path)
+    else:
+        with writing(path):
+            path.unlink(missing_ok=True)
 
 
 def check_target(path: Path) -> None:

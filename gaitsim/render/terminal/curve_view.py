@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.render.series import Series
 from gaitsim.render.terminal.braille import Dots
+from gaitsim.render.ticks import MAX_VALUE, clipped
 
 # A few very low scores, for example in the first generations, would flatten the rest of the
 # curves.
@@ -16,7 +17,6 @@ MAX_OUTLIERS = 0.05  # maximum share of points left out below the axis
 MIN_OUTLIER_DISTANCE = (
     4.0  # minimum distance of such points below the others, in heights of the others
 )
-MAX_VALUE = 1e300  # limit of values, so that the difference of two is finite
 WINDOWS = (1, 5, 25, 125)  # widths of the median filter of smoothed curves, generations
 
 
@@ -61,7 +61,7 @@ class Scale:
     def share(self, values: NDArray[Any] | float) -> NDArray[np.float64]:
         """Return the position of values along the axis, from 0 at the low end to 1 at the high."""
         found = np.asarray(values, dtype=np.float64)
-        found = np.where(np.isfinite(found), np.clip(found, -MAX_VALUE, MAX_VALUE), np.nan)
+        found = clipped(found)
         low, high = self.low, self.high
         if self.log:
             with np.errstate(invalid="ignore", divide="ignore"):

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from gaitsim.render.front_view import FrontView
 from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_points, empty
-from gaitsim.render.terminal.curve_view import MAX_VALUE
 from gaitsim.render.terminal.member_picture import (
     AXIS,
     CURSOR,
@@ -27,6 +26,7 @@ from gaitsim.render.terminal.member_picture import (
     narrow,
     next_ahead,
 )
+from gaitsim.render.ticks import clipped, ends_of
 from gaitsim.storage.files.history import FIGURE
 from gaitsim.storage.snapshot import RunSnapshot
 
@@ -69,7 +69,8 @@ class Scatter(MemberPicture):
         levels: range = ON_ANY,
         shaded: bool = False,
     ) -> None:
-        self._view, self._colour, self._shaded = view, "" if shaded else colour, shaded
+        self._view, self._names, self._shaded = view, names, shaded
+        self._colour = "" if shaded else colour
         self._levels = levels
         self._values = np.stack([view.members.values[name] for name in names], axis=1)
         self.shown = np.asarray(np.isfinite(self._values).all(axis=1), np.bool_)
@@ -78,19 +79,17 @@ class Scatter(MemberPicture):
         self._others = self._others[np.isfinite(self._others).all(axis=1)]
         everything = np.concatenate([self._values[self.shown], self._others])
         # Never shaded: a braille character has as many dots in either case.
-        self.area = PictureArea(columns, rows, np.array([_ends(one) for one in everything.T]))
-        self._words = {name: narrow(word) for name, word in words.items()}
-        self._across, self._up = (
-            (self._words[name], view.directions[name] == "max") for name in names
+        self.area = PictureArea(
+            columns, rows, np.array([ends_of(one, _MARGIN) for one in everything.T])
         )
+        self._words = {name: narrow(word) for name, word in words.items()}
         self._dots = self._dots_of(self._values)
 
     def _dots_of(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return the dots of values, (n, 2), from the upper left corner; NaN without a value."""
         low, high = self.area.ends[:, 0], self.area.ends[:, 1]
         size = np.array([WIDE * self._wide, HIGH * self._height]) - 1
-        clipped = np.where(np.isfinite(values), np.clip(values, -MAX_VALUE, MAX_VALUE), np.nan)
-        share = (clipped - low) / (high - low)
+        share = (clipped(values) - low) / (high - low)
         share[:, 1] = 1 - share[:, 1]
         dots: NDArray[np.float64] = np.round(share * size)
         return dots
@@ -155,7 +154,8 @@ class Scatter(MemberPicture):
         for place, mark in (marks or {}).items():
             if self.shown[place]:
                 paper.write(*self._cell(place), mark[:1], MARKED)
-        self.draw_axes(paper, wide, height, self._label_across, self._label_up)
+        up = self._label(1, area.columns - area.left, "↓↑")
+        self.draw_axes(paper, wide, height, self._label(0, wide, "←→"), up)
         if cursor is not None:
             row, column = self._cell(cursor)
             self.draw_cursor(paper, row, column, height)
@@ -194,31 +194,15 @@ class Scatter(MemberPicture):
         across, down = self._dots[place[0]].astype(int)
         return 1 + int(down) // HIGH, self.area.left + int(across) // WIDE
 
-    @property
-    def _label_across(self) -> str:
-        label, more = self._across
-        return f"{_cut(label, self._wide - 9)}, better {'→' if more else '←'}"
-
-    @property
-    def _label_up(self) -> str:
-        label, more = self._up
-        return (
-            f"{_cut(label, self.area.columns - self.area.left - 9)}, better {'↑' if more else '↓'}"
-        )
+    def _label(self, at: int, room: int, arrows: str) -> str:
+        """Return the label of an axis with an arrow to better values, less or more."""
+        name = self._names[at]
+        more = self._view.directions[name] == "max"
+        return f"{_cut(self._words[name], room - 9)}, better {arrows[more]}"
 
 
 def _cut(text: str, room: int) -> str:
     return text if len(text) <= room else text[: max(room - 1, 1)] + "…"
-
-
-def _ends(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return the ends of an axis with a margin; values that are all equal are in its middle."""
-    known = np.clip(values, -MAX_VALUE, MAX_VALUE)
-    low, high = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
-    if high - low <= max(1e-9 * max(abs(low), abs(high)), 1e-300):
-        half = 0.1 * abs(low) or 1.0
-        return low - half, high + half
-    return low - _MARGIN * (high - low), high + _MARGIN * (high - low)
 
 
 def summary(run: RunSnapshot, view: FrontView) -> str:

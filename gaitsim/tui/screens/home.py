@@ -87,7 +87,6 @@ other terminals.
         self._table: RunTable | None = None
         self._problem: GaitsimError | None = None
         self._height, self._shown_details = 0, Text()
-        self._listed: list[Overview] = []  # during the first scan, the runs read so far
         self._next_part = 1  # number of runs at which the table is next updated
         self._next_count = 0.0  # time of the next count, which takes as long to draw as ten runs
         self._count = ""
@@ -123,7 +122,7 @@ other terminals.
 
     def on_screen_resume(self) -> None:
         if self.runs is not None:
-            if not self._listed:  # until the scan, as a run may have been created
+            if not self.listed:  # until the scan, as a run may have been created
                 self.query_one("#empty", Static).update(LOOKING)
             self._look_again()
 
@@ -135,7 +134,7 @@ other terminals.
         if began != self._changes or self.renaming:  # outdated: another scan follows
             return
         self._problem = problem
-        self.runs = self._listed = found
+        self.runs = self.listed = found
         self._count = f"{len(found)} run{'s' * (len(found) != 1)}"
         self._show()
 
@@ -166,12 +165,12 @@ other terminals.
     def _show_part(self, runs: "list[Overview]", read: int, total: int) -> None:
         if self.runs is None:
             self._count = f"{read} of {total} runs read"
-            self._listed = runs or self._listed
+            self.listed = runs or self.listed
             self._show() if runs else self._title()
 
     def _show(self) -> None:
         """Show the found runs."""
-        if self.runs is None and not self._listed:
+        if self.runs is None and not self.listed:
             return
         from gaitsim.tui.widgets.run_table import RunTable
 
@@ -181,7 +180,7 @@ other terminals.
             self.query_one("#listing").mount(self._table)
             self.call_after_refresh(self._show)
             return
-        self._table.show(self._listed, self._wanted(), self.gaitsim.clock())
+        self._table.show(self.listed, self._wanted(), self.gaitsim.clock())
         empty = self.query_one("#empty", Static)
         empty.display = not self._table.shown
         self._table.display = bool(self._table.shown)
@@ -189,7 +188,7 @@ other terminals.
             from gaitsim.tui.widgets.run_table import no_runs
 
             folder = self.gaitsim.folder
-            among = f"the {len(self._listed)} runs" if self._listed else ""
+            among = f"the {len(self.listed)} runs" if self.listed else ""
             among += " read so far" if among and self.runs is None else ""
             empty.update(no_runs(folder, among, self.filter, self._problem, INKS))
         elif self.focused is None:
@@ -207,7 +206,7 @@ other terminals.
             for shorter in (text, text.rpartition(" ")[0]):
                 try:
                     query = parse_query(shorter)
-                    query.select(self._listed)
+                    query.select(self.listed)
                     break
                 except GaitsimError as error:
                     query = self._query
@@ -217,11 +216,11 @@ other terminals.
         line = self.query_one("#filter-problem", Static)
         line.display = bool(problem)
         line.update(Text(clip(problem, max(self.size.width - 2, 1))))
-        return [run for run in self._listed if query is None or query.matches(run)]
+        return [run for run in self.listed if query is None or query.matches(run)]
 
     def _title(self) -> None:
         """Show the number of runs, and how many are in each state that needs attention."""
-        states = Counter[str](run.state for run in self._listed)
+        states = Counter[str](run.state for run in self.listed)
         wanted = ("running", "paused", "queued", "failed")
         counts = [f"{states[state]} {state}" for state in wanted if states[state]]
         table, count = self._table, self._count
@@ -261,7 +260,7 @@ other terminals.
 
     def _show_preview(self, run: "Overview | None") -> None:
         """Show the champion of a run beside or below the list, if there is room."""
-        shown = self.gaitsim.preview and bool(self.preview_place) and bool(self._listed)
+        shown = self.gaitsim.preview and bool(self.preview_place) and bool(self.listed)
         if self._preview is None:
             if not shown or self.runs is None:
                 return
@@ -295,15 +294,12 @@ other terminals.
     def marked(self) -> "list[Overview]":
         """Return the marked runs, in the order of the list."""
         marked = self._table.marked if self._table is not None else set()
-        return [run for run in self._listed if run.path in marked] if marked else []
+        return [run for run in self.listed if run.path in marked] if marked else []
 
     def chosen(self) -> "list[Overview]":
         """Return the marked runs, or if none is marked, those under the cursor."""
         run, group = self.current(), self._table.group if self._table is not None else None
         return self.marked() or ([run] if run is not None else [*group.runs] if group else [])
-
-    def listed(self) -> "Sequence[Overview]":
-        return self._listed
 
     def run_changed(self, old: Path, new: Path) -> None:
         """Refresh the runs after one was changed or moved."""
@@ -360,7 +356,7 @@ other terminals.
         run = self.current()
         if run is not None:
             return command("show", run.path)
-        return self._list_command() if self._listed else ""
+        return self._list_command() if self.listed else ""
 
     def _list_command(self) -> str:
         """Return the command that prints the list, with its filter, columns, order and groups."""
@@ -375,11 +371,6 @@ other terminals.
         }
         given = [word for name, text in options.items() if text for word in (name, text)]
         return command("runs", self.gaitsim.folder, *given)
-
-    def _copy_list_command(self) -> None:
-        line = self._list_command()
-        self.app.copy_to_clipboard(line)
-        self.notify(line, title="Copied", markup=False)
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield a command for each saved view and each preset."""
@@ -396,7 +387,7 @@ other terminals.
             yield PaletteCommand(
                 "Copy the list's command",
                 "Copy the command that prints these runs, sorted and grouped like here",
-                self._copy_list_command,
+                lambda: self.gaitsim.copy(self._list_command()),
             )
         for name in entries(EXPERIMENTS):
             yield PaletteCommand(
@@ -424,7 +415,7 @@ other terminals.
             marked = self._table is not None and bool(self._table.marked)
             return marked or bool(self.is_mounted and self.query_one("#filter").display)
         if action == "undo":
-            return self.undoable
+            return bool(self._done)
         if action == "preview":
             return self.is_mounted and bool(self.preview_place)
         return super().check_action(action, parameters)
@@ -481,7 +472,6 @@ other terminals.
     @work(group="ask")
     async def action_save_view(self) -> None:
         """Save the filter, columns, order and groups under a name."""
-        from gaitsim.storage.views import save_view
         from gaitsim.tui.screens.questions import Ask
 
         view = self._current_view()
@@ -490,14 +480,21 @@ other terminals.
         name = await self.app.push_screen_wait(ask)
         if name is not None and self._table is not None:
             view = replace(view, name=name)
-            try:
-                save_view(view)
-            except GaitsimError as error:
-                self.gaitsim.show_error(error)
-            else:
+            if self._save(view):
                 self._table.view = view
                 self.notify(f"gaitsim runs --view {name}", title="View saved", markup=False)
                 self._title()
+
+    def _save(self, view: "View") -> bool:
+        """Save a view; if this fails, show the error and return False."""
+        from gaitsim.storage.views import save_view
+
+        try:
+            save_view(view)
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+            return False
+        return True
 
     @work(group="ask")
     async def action_columns(self) -> None:
@@ -508,7 +505,7 @@ other terminals.
         if self._table is None:
             return
         now = [name for name in self._table.columns if name != "curve"]
-        others = {key for run in self._listed for key in (*run.options, *run.terms)}
+        others = {key for run in self.listed for key in (*run.options, *run.terms)}
         chosen = self._table.view.columns or now
         columns = await self.app.push_screen_wait(ColumnsDialog(chosen, KEYS, sorted(others)))
         if columns is not None:
@@ -522,15 +519,9 @@ other terminals.
 
     def _remember_view(self) -> None:
         """Save columns, order and groups: in the current view, or for the next start."""
-        from gaitsim.storage.views import save_view
-
-        if self._table is None or not self.gaitsim.has_config:
-            return
-        view = self._table.view
-        try:
-            save_view(view if view.name else replace(view, name=USUAL))
-        except GaitsimError as error:
-            self.gaitsim.show_error(error)
+        if self._table is not None and self.gaitsim.has_config:
+            view = self._table.view
+            self._save(view if view.name else replace(view, name=USUAL))
 
     # Actions on runs
 
@@ -559,19 +550,16 @@ other terminals.
                 return "The run does not wait in the queue of background runs."
             case "rename" if run is not None and run.evolves:
                 return "The run is evolving; press x to stop it first."
-            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if (
-                run and run.problem is not None
-            ):
-                return "The run cannot be read; see the reason below the list."
-            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if (
-                run and run.generation == 0
-            ):
-                return "The run has no finished generation yet; open it and let it evolve."
-            case "undo" if not self.undoable:
+            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if run:
+                if run.problem is not None:
+                    return "The run cannot be read; see the reason below the list."
+                if run.generation == 0:
+                    return "The run has no finished generation yet; open it and let it evolve."
+            case "undo" if not self._done:
                 return "Nothing has been deleted, renamed, tagged or annotated here."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs with space first."
-            case "filter" | "columns" | "group" | "save_view" if not self._listed:
+            case "filter" | "columns" | "group" | "save_view" if not self.listed:
                 return "There are no runs to choose from."
         return super().obstacle(action)
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from rich.text import Text
 from textual import events, on, work
@@ -25,7 +25,7 @@ from gaitsim.tui.widgets.lines import Lines
 from gaitsim.tui.widgets.member_plot import MemberCells
 
 
-class ParallelPlot(MemberCells, can_focus=True):
+class ParallelPlot(MemberCells[ParallelPicture], can_focus=True):
     """Lines across parallel axes; arrow keys and clicks select an axis and an item.
 
     Attributes:
@@ -41,16 +41,13 @@ class ParallelPlot(MemberCells, can_focus=True):
 
         item: int | None
 
-    def __init__(self, **settings: Any) -> None:
-        super().__init__(**settings)
-        self.message = "reading …"
+    def __init__(self) -> None:
+        super().__init__("reading …")
         self.view: ParallelView | None = None
         self.item: int | None = None
         self._order: list[int] = []
         self._flipped: frozenset[int] = frozenset()
         self._axis = 0
-        self._picture: ParallelPicture | None = None
-        self._drawn_at = (0, 0)
 
     def show(self, view: ParallelView, item: int | None) -> None:
         """Show items, with one of them selected."""
@@ -59,47 +56,27 @@ class ParallelPlot(MemberCells, can_focus=True):
         self._picture = None
         self.select(item)
 
-    def forget_styles(self) -> None:
-        """Discard the styles and the picture, whose levels depend on the theme."""
-        super().forget_styles()
-        self._picture = None
-
-    def show_message(self, message: str) -> None:
-        """Show a message instead of items."""
-        self.message = message
-        self.redraw()
-
     def select(self, item: int | None) -> None:
         """Select an item."""
         self.item = item
         self.post_message(self.Selected(item))
         self.redraw()
 
-    def _drawing(self) -> ParallelPicture | None:
-        columns, rows = self.content_size
-        if self.view is None or not columns or not rows:
-            return None
-        if self._picture is None or self._drawn_at != (columns, rows):
-            self._picture = ParallelPicture(
-                self.view,
-                self._order,
-                self._flipped,
-                columns,
-                rows,
-                levels=self.levels,
-                shaded=self.app.no_color,
-            )
-            self._drawn_at = columns, rows
-        return self._picture
-
-    def placeholder(self) -> str:
+    def make_picture(self, columns: int, rows: int) -> ParallelPicture | None:
         if self.view is None or not len(self.view.scores):
-            return self.message
-        found = self._drawing()
-        return "" if found is not None and found.fits else "too narrow for these axes"
+            return None
+        return ParallelPicture(
+            self.view,
+            self._order,
+            self._flipped,
+            columns,
+            rows,
+            levels=self.levels,
+            shaded=self.app.no_color,
+        )
 
     def picture(self, columns: int, rows: int) -> Picture:
-        found = self._drawing()
+        found = self._find()
         assert found is not None, "else the placeholder is shown"
         return found.draw(self._axis, self.item)
 
@@ -108,12 +85,12 @@ class ParallelPlot(MemberCells, can_focus=True):
         self.redraw()
 
     def action_item(self, up: int) -> None:
-        found = self._drawing()
+        found = self._find()
         if found is not None:
             self.select(found.beside(self._axis, self.item, up))
 
     def on_click(self, event: events.Click) -> None:
-        found = self._drawing()
+        found = self._find()
         if found is not None and found.fits:
             self._axis, item = found.nearest(event.x, event.y)
             self.select(item)

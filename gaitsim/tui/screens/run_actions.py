@@ -25,10 +25,16 @@ UNDOABLE = 50  # maximum number of changes that can be undone
 
 
 class RunActions(GaitScreen):
-    """A screen with a list of runs."""
+    """A screen with a list of runs.
+
+    Attributes:
+        listed: all runs in the folder; during the first scan, those read so far.
+        renaming: whether a run is being renamed.
+    """
 
     def __init__(self) -> None:
         super().__init__()
+        self.listed: list[Overview] = []
         self.renaming = False
         self._done: list[tuple[str, Callable[[], object]]] = []  # how to undo each change
 
@@ -40,10 +46,6 @@ class RunActions(GaitScreen):
         """Return the runs to act on."""
         raise NotImplementedError
 
-    def listed(self) -> "Sequence[Overview]":
-        """Return all runs in the folder."""
-        raise NotImplementedError
-
     def run_changed(self, old: Path, new: Path) -> None:
         """Refresh the runs after one was changed or moved."""
         raise NotImplementedError
@@ -51,11 +53,6 @@ class RunActions(GaitScreen):
     def _remember(self, what: str, undo: Callable[[], object]) -> None:
         self._done = [*self._done[1 - UNDOABLE :], (what, undo)]
         self.refresh_bindings()
-
-    @property
-    def undoable(self) -> bool:
-        """Whether a change can be undone."""
-        return bool(self._done)
 
     @work(group="undo", exclusive=True)
     async def action_undo(self) -> None:
@@ -103,7 +100,10 @@ class RunActions(GaitScreen):
         from gaitsim.tui.screens.questions import Confirm, PickTrashed
 
         folder, now = self.gaitsim.folder, self.gaitsim.clock()
-        while runs := await self._try(list_trash, folder):
+        while (runs := await self._try(list_trash, folder)) is not None:
+            if not runs:
+                self.notify(f"{folder}/", title="The trash is empty", markup=False)
+                return
             items = {
                 str(run.path): Text(f"{clip(run.name, 40)}  deleted {ago(now - run.deleted)}")
                 for run in runs
@@ -126,7 +126,6 @@ class RunActions(GaitScreen):
                 case _:
                     return
             self.run_changed(folder, folder)
-        self.notify(f"{folder}/", title="The trash is empty", markup=False)
 
     @work(group="ask")
     async def action_rename(self) -> None:
@@ -164,8 +163,9 @@ class RunActions(GaitScreen):
         before = await self._try(read_note, run.path)
         text = await self.app.push_screen_wait(NoteDialog(run.name, before or ""))
         if text is not None:
-            await self._try(write_note, run.path, text)
-            self._remember(f"note on {run.name}", partial(write_note, run.path, before or ""))
+            if await self._try(_call, partial(write_note, run.path, text)):
+                undo = partial(write_note, run.path, before or "")
+                self._remember(f"note on {run.name}", undo)
             self.run_changed(run.path, run.path)
 
     @work(group="ask")
@@ -177,7 +177,7 @@ class RunActions(GaitScreen):
         runs = self.chosen()
         if not runs:
             return
-        used = Counter(tag for run in self.listed() for tag in run.tags)
+        used = Counter(tag for run in self.listed for tag in run.tags)
         one = len(runs) == 1
         what = f"the run {runs[0].name}" if one else f"{len(runs)} runs"
         about = "+new adds a tag, -old removes one; words without a sign replace all tags."
@@ -189,9 +189,12 @@ class RunActions(GaitScreen):
         answer = await self.app.push_screen_wait(ask)
         if answer is None or answer == now:
             return
-        for run in runs:
-            await self._try(write_tags, run.path, edited_tags(run.tags, answer))
-        self._remember(f"tags of {_join_names([run.name for run in runs])}", partial(_tag, runs))
+        tags = {run.path: edited_tags(run.tags, answer) for run in runs}
+        results = [await self._try(write_tags, path, found) for path, found in tags.items()]
+        changed = [run for run, done in zip(runs, results, strict=True) if done is not None]
+        if changed:
+            names = _join_names([run.name for run in changed])
+            self._remember(f"tags of {names}", partial(_tag, changed))
         self.run_changed(runs[0].path, runs[0].path)
 
     @work(group="ask")
@@ -254,8 +257,8 @@ def edited_tags(tags: Iterable[str], words: str) -> list[str]:
     return [*({*tags} - removed), *added]
 
 
-def _call(undo: Callable[[], object]) -> bool:
-    undo()
+def _call(do: Callable[[], object]) -> bool:
+    do()
     return True
 
 

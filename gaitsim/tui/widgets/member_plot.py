@@ -20,6 +20,7 @@ from gaitsim.render.terminal.member_picture import (
     Place,
     styles,
 )
+from gaitsim.render.terminal.parallel import ParallelPicture
 from gaitsim.render.terminal.scatter import Scatter
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
@@ -43,8 +44,15 @@ class MemberView(Protocol):
 V = TypeVar("V", bound=MemberView)
 
 
-class MemberCells(Cells):
-    """A picture in the inks of `gaitsim.render.terminal.member_picture`."""
+P = TypeVar("P", bound=MemberPicture | ParallelPicture)
+
+
+class MemberCells(Cells, Generic[P]):
+    """A picture in the inks of `gaitsim.render.terminal.member_picture`.
+
+    Args:
+        message: message shown until there is something to draw.
+    """
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"members--axis", "members--empty", "members--pointer"}
     DEFAULT_CSS = """
@@ -56,6 +64,41 @@ class MemberCells(Cells):
         &:light > .members--pointer { color: #d6006c; }
     }
     """
+
+    def __init__(self, message: str, **settings: Any) -> None:
+        super().__init__(**settings)
+        self._message = message
+        self._picture: P | None = None
+        self._drawn_at = (0, 0)
+
+    @abstractmethod
+    def make_picture(self, columns: int, rows: int) -> P | None:
+        """Return the picture at a size; None if there is nothing to draw."""
+
+    def _find(self) -> P | None:
+        """Return the picture at the widget's size."""
+        columns, rows = self.content_size
+        if not columns or not rows:
+            return None
+        if self._picture is None or self._drawn_at != (columns, rows):
+            self._picture, self._drawn_at = self.make_picture(columns, rows), (columns, rows)
+        return self._picture
+
+    def placeholder(self) -> str:
+        found = self._find()
+        if found is None:
+            return self._message
+        return "" if found.fits else "too narrow for these axes"
+
+    def show_message(self, message: str) -> None:
+        """Set the message that is shown until there is something to draw."""
+        self._message = message
+        self.redraw()
+
+    def forget_styles(self) -> None:
+        """Discard the styles and the picture, whose levels depend on the theme."""
+        super().forget_styles()
+        self._picture = None
 
     @property
     def levels(self) -> range:
@@ -71,11 +114,8 @@ class MemberCells(Cells):
         return [self.ink_style() + Style.parse(style) for style in styles(*names)]
 
 
-class MemberPlot(MemberCells, Generic[V], can_focus=True):
+class MemberPlot(MemberCells[MemberPicture], Generic[V], can_focus=True):
     """Members along one or two axes; arrow keys and clicks move the cursor between them.
-
-    Args:
-        message: message shown without a member.
 
     Attributes:
         view: view of the members; None before the first.
@@ -92,22 +132,23 @@ class MemberPlot(MemberCells, Generic[V], can_focus=True):
 
         member: int | None
 
-    def __init__(self, message: str = "no gait yet", **settings: Any) -> None:
-        super().__init__(**settings)
-        self._message = message
+    def __init__(self, message: str) -> None:
+        super().__init__(message)
         self.view: V | None = None
         self.names: tuple[str, ...] = ()
         self.marks: Mapping[int, str] = {}
         self.labels: Mapping[str, str] = {}
-        self._picture: MemberPicture | None = None
-        self._drawn_at: tuple[int, int] | None = None
         self._place: Place | None = None
         self._values: tuple[float, ...] = ()  # position of the cursor on the axes
         self._wanted: int | None = None  # member on which to place the cursor
 
     @abstractmethod
-    def make_picture(self, view: V, columns: int, rows: int) -> MemberPicture:
+    def picture_of(self, view: V, columns: int, rows: int) -> MemberPicture:
         """Return the picture of a view at a size."""
+
+    def make_picture(self, columns: int, rows: int) -> MemberPicture | None:
+        view = self.view
+        return self.picture_of(view, columns, rows) if view and len(view.members.scores) else None
 
     def show(
         self,
@@ -130,16 +171,6 @@ class MemberPlot(MemberCells, Generic[V], can_focus=True):
         self._picture = None
         self.go_to(member)
 
-    def forget_styles(self) -> None:
-        """Discard the styles and the picture, whose levels depend on the theme."""
-        super().forget_styles()
-        self._picture = None
-
-    def show_message(self, message: str) -> None:
-        """Set the message that is shown until there is a member."""
-        self._message = message
-        self.redraw()
-
     def go_to(self, member: int | None) -> None:
         """Move the cursor to the place of a member; None keeps it in place."""
         self._wanted, self._place = member, None
@@ -154,30 +185,20 @@ class MemberPlot(MemberCells, Generic[V], can_focus=True):
 
     def _find(self) -> MemberPicture | None:
         """Return the picture at the widget's size, after placing the cursor on a member."""
-        columns, rows = self.content_size
-        if self.view is None or not columns or not rows:
-            return None
-        if self._picture is None or self._drawn_at != (columns, rows):
-            self._picture = self.make_picture(self.view, columns, rows)
-            self._drawn_at, self._place = (columns, rows), None
-        if self._place is None and (self._wanted or self._values):
-            wanted, found = self._wanted, self._picture
+        before, wanted, found = self._picture, self._wanted, super()._find()
+        if found is not before:
+            self._place = None
+        if found is not None and self._place is None and (wanted or self._values):
             self._point(
                 found, found.place_of(wanted) if wanted else found.place_near(*self._values)
             )
-        return self._picture
+        return found
 
     def _point(self, found: MemberPicture, place: Place | None) -> None:
         """Place the cursor; None if there are no members."""
         self._place, self._wanted = place, None
         self._values = () if place is None else found.values_at(place)
         self.post_message(self.CursorMoved(self.member))
-
-    def placeholder(self) -> str:
-        if self.view is None or not len(self.view.members.scores):
-            return self._message
-        found = self._find()
-        return "" if found is not None and found.fits else "too narrow for a map"
 
     def picture(self, columns: int, rows: int) -> Picture:
         found = self._find()
@@ -205,7 +226,7 @@ class MemberPlot(MemberCells, Generic[V], can_focus=True):
 class ArchiveMap(MemberPlot[ArchiveView]):
     """One or two axes of an archive as a heat map."""
 
-    def make_picture(self, view: ArchiveView, columns: int, rows: int) -> HeatMap:
+    def picture_of(self, view: ArchiveView, columns: int, rows: int) -> HeatMap:
         shaded = self.app.no_color
         return HeatMap(view, self.names, self.labels, columns, rows, shaded=shaded)
 
@@ -225,7 +246,7 @@ class FrontPlot(MemberPlot[FrontView]):
     colour = ""
     others = True
 
-    def make_picture(self, view: FrontView, columns: int, rows: int) -> Scatter:
+    def picture_of(self, view: FrontView, columns: int, rows: int) -> Scatter:
         return Scatter(
             view,
             self.names,

@@ -203,11 +203,6 @@ class RunTable(ScrollView, can_focus=True):
     # What is shown
 
     @property
-    def row_count(self) -> int:
-        """The number of rows."""
-        return len(self.rows)
-
-    @property
     def row(self) -> Row | None:
         """The row under the cursor."""
         return self.rows[self.cursor_row] if self.cursor_row < len(self.rows) else None
