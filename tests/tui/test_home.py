@@ -359,6 +359,11 @@ class TestSortingAndFiltering:
             await driver.type("mine")
             await driver.press("enter")
             await driver.until(lambda: "view mine" in home.sub_title)
+            shown = home.filter
+            home.filter = "something else"
+            await driver.until(lambda: "view mine" not in home.sub_title)
+            home.filter = shown
+            await driver.until(lambda: "view mine" in home.sub_title)
             await driver.press("o")
             await driver.at("PickView")
             await driver.press("enter")

@@ -8,6 +8,7 @@ from contextlib import asynccontextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -196,6 +197,24 @@ class TestStopped:
 
 
 class TestSteering:
+    async def test_a_paused_run_that_prepares_a_change_can_resume(self, make):
+        async with live(make(1)) as (screen, pilot):
+            await app_until(pilot, lambda: not screen.is_busy("source"))
+            sent = []
+            screen.process = SimpleNamespace(
+                pause=lambda: sent.append("pause"),
+                go=lambda: sent.append("go"),
+            )
+            for state in ("paused", "preparing"):
+                screen.take(Snapshot(state))
+            assert "go" in offered(screen)
+            await pilot.press("space")
+            assert "pause" in offered(screen)
+            await pilot.press("space")
+            assert "go" in offered(screen)
+            assert sent == ["go", "pause"]
+            screen.process = None
+
     @pytest.mark.slow
     async def test_pauses_and_steps_do_not_change_the_result(self, make, gaitsim):
         run = make(0, SLOW, generations=150)  # more than a busy machine needs to press a key

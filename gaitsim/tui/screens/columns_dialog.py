@@ -41,12 +41,12 @@ class ColumnsDialog(Dialog[tuple[str, ...] | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_subtitle = (
-                "enter: show or hide · < >: move · u: usual · ctrl+s: apply · esc: cancel"
+                "enter: toggle · < >: move · u: usual · ctrl+s: apply · esc: cancel"
             )
             yield Static("Columns", classes="dialog-title")
             yield ChoiceList(id="items")
             yield Input(
-                placeholder="an option or a term of the score, such as evolution.population",
+                placeholder="an option or a term, such as evolution.population",
                 suggester=WordSuggester(self._others),
                 id="other",
             )

@@ -228,8 +228,9 @@ other terminals.
             count = f"{len(table.shown)} of {count}"
         if table is not None and table.marked:
             counts.insert(0, f"{len(table.marked)} marked")
-        view = table.view.name if table is not None and table.view.name != USUAL else ""
-        named = [f"view {view}"] if view else []
+        view = table.view if table is not None else None
+        shown = view and view.name != USUAL and view.where.strip() == self.filter.strip()
+        named = [f"view {view.name}"] if view and shown else []
         self.sub_title = " · ".join([f"{count} in {self.gaitsim.folder}/", *named, *counts])
 
     def on_run_table_moved(self) -> None:

@@ -79,7 +79,7 @@ with `gaitsim attach`.
         self.board = Board(run, clock)
         self._resume = resume
         self.process: RunProcess | None = None
-        self._stopping = self._has_members = False
+        self._stopping = self._has_members = self._held = False
         self.title, self.sub_title = run.name, ""
 
     def content(self) -> ComposeResult:
@@ -163,6 +163,8 @@ with `gaitsim attach`.
         """Take a snapshot; show the state immediately, the rest at the next update."""
         board = self.board
         board.live.take(snapshot)
+        if snapshot.state != "preparing":  # a paused run that prepares a change remains paused
+            self._held = snapshot.state == "paused"
         if snapshot.error is not None:
             board.show_problem(snapshot.error)
         if board.live.gap and not self.is_busy("reread"):
@@ -175,6 +177,7 @@ with `gaitsim attach`.
         self.board.schedule_redraw()
         self.offers = (
             state,
+            self._held,
             self.process is not None,
             self.snapshot.champion is not None,
             self._has_members,
@@ -192,12 +195,18 @@ with `gaitsim attach`.
     def action_pause(self) -> None:
         if self.process is not None:
             self.process.pause()
+            self._hold(self.state == "preparing")
 
     def action_go(self) -> None:
         if self.process is not None:
             self.process.go()
+            self._hold(False)
         else:
             self._start()
+
+    def _hold(self, held: bool) -> None:
+        self._held = held
+        self._changed()
 
     def action_step(self) -> None:
         if self.process is not None:
@@ -284,9 +293,12 @@ with `gaitsim attach`.
         state, here = self.state, self.process is not None
         match action:
             case "pause":
-                return here and state in ("running", "preparing", "queued")
+                return here and (
+                    state in ("running", "queued") or (state == "preparing" and not self._held)
+                )
             case "go":
-                return state == "paused" if here else state in RESTING
+                held = state == "paused" or (state == "preparing" and self._held)
+                return held if here else state in RESTING
             case "step":
                 return state in ("running", "paused") if here else state in RESTING
             case "stop":
