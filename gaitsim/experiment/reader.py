@@ -1,6 +1,7 @@
 """Convert the values of a TOML file to an experiment, or report all problems."""
 
 import json
+import shlex
 import unicodedata
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -56,6 +57,15 @@ LONGEST_TEXT = 1_000_000  # bytes of an option, so that the stored experiment st
 LONGEST_NAME = 200  # bytes; file systems allow 255, and the number of a run is appended
 
 
+def _study_error(source: str) -> GaitsimError:
+    return GaitsimError(
+        "the file is a study of several experiments, not an experiment",
+        where=f"{source}, key experiments",
+        remedy=f"run: gaitsim study {shlex.quote(source)}",
+        key="experiments",
+    )
+
+
 class Reader:
     """Reads an experiment and collects its problems.
 
@@ -83,6 +93,8 @@ class Reader:
             self._data = toml.parse(text, source)
         except GaitsimError as error:
             raise ExperimentError([error]) from None
+        if "experiments" in self._data:
+            raise ExperimentError([_study_error(source)])
         self._problems = Problems(source, overrides, place)
         self._report = self._problems.report
         self._entries: dict[str, Entry] = {}

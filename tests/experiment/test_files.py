@@ -40,6 +40,7 @@ def changed(old, new):
         (changed("seed = 0", "schema = 2"), "key schema", "belongs to a newer version of gaitsim"),
         (changed("seed = 0", "schema = 0"), "key schema", "there is no schema 0"),
         (changed("seed = 0", "schema = '1'"), "key schema", '"1" is not a whole number'),
+        ('experiments = ["spider"]', "key experiments", "the file is a study"),
         (changed("seed = 0", "sead = 0"), "key sead", 'unknown key "sead"'),
         (changed("seed = 0", "'' = 0"), "key ", 'unknown key ""'),
         (changed("elites = 2", "elites = 200"), "key evolution.population", "200 elites leave"),
