@@ -5,6 +5,7 @@ import types
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from enum import Enum
+from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin
 
 from pydantic import BaseModel, BeforeValidator, ValidationError
@@ -25,6 +26,7 @@ _TYPES = {
     float: "a number",
     str: "a string",
     bool: "true or false",
+    Path: "a path",
     Any: "anything",
 }
 _BOUNDS = {

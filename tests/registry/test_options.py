@@ -1,6 +1,7 @@
 """Descriptions of options, and conversion of typed values."""
 
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Any, Literal, Optional
 
 import pytest
@@ -44,6 +45,7 @@ class Many(BaseModel):
     names: list[str] = Field(default_factory=list)
     leg: Leg = Leg()
     anything: Any = None
+    file: Path | None = None
     needed: float
     flag: bool = option(False, "flag")
     mode: Literal["none"] | None = None
@@ -52,6 +54,7 @@ class Many(BaseModel):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
+        ("file", "a path"),
         ("count", "a whole number ≥ 1 and ≤ 1,000,000"),
         ("mass", "a number > 0 and < 2.5, in kg"),
         ("tiny", "a number ≥ 1e-07"),
