@@ -31,9 +31,11 @@ from gaitsim.toml import literal
 if TYPE_CHECKING:
     from gaitsim.sharing.challenge import Challenge, Checked
     from gaitsim.storage.verification import Verdict
+    from gaitsim.study.verification import StudyVerdict
 
 
 DIFFERENT = 1  # exit code
+MOST_DIFFERENCES = 20  # of a study
 SHOWN = 5  # generations that differ, and parts of one
 
 
@@ -50,6 +52,9 @@ class VerifyResults(Action):
     of every other; --all evolves all of it. A table says what was compared, and what cannot be
     known.
 
+    Given the folder of a study, the command runs ten of its cells again, or with --all the whole
+    study, and compares the scores, the table and the report.
+
     The exit code is 0 if everything is identical, 1 if something differs or a file is damaged, and
     2 if nothing can be verified, such as a missing run or an invalid code.
 
@@ -64,6 +69,8 @@ class VerifyResults(Action):
     gaitsim verify spider --sign ~/.ssh/id_ed25519
 
     gaitsim verify spider --signers colleagues.txt
+
+    gaitsim verify studies/mine --all
 
     gaitsim verify gaitsim1-8gAAAGNl…
 
@@ -92,6 +99,7 @@ class VerifyResults(Action):
     def do(self) -> None:
         """Verify the code or the run, and print the verdict."""
         from gaitsim.console.codes import read_challenge
+        from gaitsim.study.file import STUDY
 
         if self.all_ and self.generations is not None:
             raise not_combinable("--all", "--generations")
@@ -101,7 +109,9 @@ class VerifyResults(Action):
             if self.json_lines:
                 print_json({"identical": None, "error": error.to_dict()})
             raise
-        if challenge is None:
+        if challenge is None and os.path.lexists(os.path.join(self.run, STUDY)):  # noqa: PTH118
+            self._verify_study()
+        elif challenge is None:
             self._verify_run()
         elif self.all_ or self.generations is not None or self.sign or self.signers:
             raise GaitsimError(
@@ -111,6 +121,29 @@ class VerifyResults(Action):
             )
         else:
             _verify_code(challenge, self.json_lines)
+
+    def _verify_study(self) -> None:
+        from gaitsim.study.verification import verify_study
+
+        for name in ("generations", "sign", "signers"):
+            if getattr(self, name) is not None:
+                raise GaitsimError(f"a study has no {name}", where=f"--{name}", remedy="omit it")
+        folder = Path(self.run)
+        with interruptible(), Progress(folder.name, "cells") as progress:
+            verdict = verify_study(
+                folder,
+                everything=self.all_,
+                workers=self.workers,
+                begin=progress.expect,
+                advance=progress.advance,
+            )
+        if self.json_lines:
+            more = {"identical": verdict.identical, "complete": verdict.complete}
+            print_json({"study": str(folder), **more, **asdict(verdict)})
+        else:
+            _print_study(folder, verdict)
+        if not verdict.identical:
+            sys.exit(DIFFERENT)
 
     def _verify_run(self) -> None:
         from gaitsim.storage.signature import read_signature, sign
@@ -140,6 +173,20 @@ class VerifyResults(Action):
         show(str(run.path), verdict)
         if not verdict.identical:
             sys.exit(DIFFERENT)
+
+
+def _print_study(folder: Path, verdict: StudyVerdict) -> None:
+    some = "" if verdict.complete else " in all that was compared"
+    echo(f"{folder}: identical{some}" if verdict.identical else f"{folder}: different")
+    for text in verdict.differences[:MOST_DIFFERENCES]:
+        echo(f"  {text}")
+    if len(verdict.differences) > MOST_DIFFERENCES:
+        echo(f"  and {len(verdict.differences) - MOST_DIFFERENCES} more")
+    echo(f"{len(verdict.again)} of {verdict.cells} cells run again: {_ranges(verdict.again)}")
+    if not verdict.confirmed:
+        echo("the fresh repeats that confirm cells were not run again; --all does so")
+    if not verdict.finished:
+        echo("the study is not finished: it has no table and no report to compare")
 
 
 def _verify_code(challenge: Challenge, json: bool) -> None:
