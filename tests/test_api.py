@@ -146,7 +146,8 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
         found = gs.verify(subject)
         assert found.identical
         assert "identical=True" in repr(found)
-    assert run.verify([2]).best_only == (2,)
+    verdict = run.verify([2])
+    assert (*verdict.reproduced, *verdict.best_only) == (2,)
 
 
 def test_an_unknown_extension_is_one_message(

@@ -33,7 +33,7 @@ app = group(
         "adapt": "Find a gait for a damaged body in a few trials, guided by an atlas.",
         "imitate": "Train a network to imitate the champion or a gait file, and evaluate the "
         "gait that the network generates.",
-        "study": "Evolve every combination of chosen options, and write a table and figures.",
+        "study": "Evolve every combination of chosen options, and say which of them matter.",
         "compare": "Compare experiments statistically, with the same number of evaluations for "
         "each repeat.",
         "differences": "Compare runs: their curves, results and differing options.",
