@@ -185,3 +185,23 @@ async def test_dialogs_receive_a_burst_after_their_keys(two, drive, received, op
         total = characters + len(MANY)
         await driver.until(lambda: sum(map(len, received.values())) == total, 15)
         assert received[dialog] == MANY, dict(received)
+
+
+async def test_a_key_after_enter_does_not_cancel_a_change(two, drive, monkeypatch):
+    answers = []
+    dismiss = ChangeDialog.dismiss
+    monkeypatch.setattr(
+        ChangeDialog,
+        "dismiss",
+        lambda dialog, answer=None: (answers.append(answer), dismiss(dialog, answer))[1],
+    )
+    async with drive() as driver:
+        await driver.press("enter")
+        await driver.at("Live")
+        await driver.until(lambda: "live.change" in driver.offered())
+        await driver.press("c")
+        await driver.at("ChangeDialog")
+        await driver.type("fitness.price")
+        send(driver.app, *"=0.3", "enter", "x", "l")
+        await driver.at("Live")
+        assert [answer.overrides for answer in answers] == [{"fitness.price": "0.3"}]

@@ -294,11 +294,23 @@ class ChangeDialog(Dialog[ChangeRequest | None]):
         """
         self._seen = self._texts
         self._list_matches()
-        self._show_effect(delay, submit)
+        if submit:
+            self._accept()
+        else:
+            self._show_effect(delay)
 
     @work(exclusive=True)
-    async def _show_effect(self, delay: float, submit: bool) -> None:
+    async def _show_effect(self, delay: float) -> None:
         await asyncio.sleep(delay)
+        await self._effect(submit=False)
+
+    @work(exclusive=True, group="leaving")  # holds the keys that follow Enter
+    async def _accept(self) -> None:
+        self.workers.cancel_group(self, "default")
+        await self._effect(submit=True)
+
+    async def _effect(self, *, submit: bool) -> None:
+        """Show the effect of the changes; accept them if they are to be submitted and valid."""
         try:
             words = parse_words(self._input.value)
             self._shell.update(Text(f"$ {self._command(words)}"))
