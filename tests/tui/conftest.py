@@ -58,7 +58,7 @@ class Driver:
     async def press(self, *keys):
         """Press keys and wait until all of them are handled."""
         await self.pilot.press(*keys)
-        await self.until(lambda: not self.app.holds_keys)
+        await self.until(lambda: not (self.app.is_running and self.app.holds_keys))
 
     async def type(self, text):
         await self.press(*(char if char.isalnum() else _NAMES[char] for char in text))

@@ -229,7 +229,7 @@ other terminals.
         if table is not None and table.marked:
             counts.insert(0, f"{len(table.marked)} marked")
         view = table.view if table is not None else None
-        shown = view and view.name != USUAL and view.where.strip() == self.filter.strip()
+        shown = view and view.name not in ("", USUAL) and view.where.strip() == self.filter.strip()
         named = [f"view {view.name}"] if view and shown else []
         self.sub_title = " · ".join([f"{count} in {self.gaitsim.folder}/", *named, *counts])
 
