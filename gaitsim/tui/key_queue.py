@@ -42,15 +42,15 @@ class KeyQueue(App[None]):
     def __init__(self) -> None:
         super().__init__()
         self._keys: deque[Key | Paste] = deque()
-        self._settling: set[Settled] = set()
+        self._settling: dict[Settled, MessagePump] = {}
         self._answering: set[Worker[Any]] = set()
         self._held_since = 0.0
         self._retries = False
 
     @property
     def holds_keys(self) -> bool:
-        """Whether a key waits or is being handled."""
-        return bool(self._keys or self._settling)
+        """Whether a key waits to be delivered."""
+        return bool(self._keys)
 
     async def on_event(self, event: Event) -> None:
         """Queue a key; handle other events at once."""
@@ -67,14 +67,19 @@ class KeyQueue(App[None]):
 
     async def _settle(self, event: Settled) -> None:
         if event in self._settling:
-            self._settling.discard(event)
+            del self._settling[event]
             if event.after is not None:
                 self._wait_for(event.after, again=False)
         await self._deliver()
 
     async def _deliver(self) -> None:
-        while self._keys and not self._settling:
-            if self._asks() and time.monotonic() - self._held_since < PATIENCE:
+        while self._keys:
+            # A widget that was removed handles no more messages.
+            self._settling = {
+                event: pump for event, pump in self._settling.items() if pump.is_running
+            }
+            asks = self._asks() and time.monotonic() - self._held_since < PATIENCE
+            if self._settling or asks:
                 if not self._retries:
                     self._retries = True
                     self.set_timer(_RETRY, self._retry)
@@ -100,7 +105,7 @@ class KeyQueue(App[None]):
         """Hold keys until a widget and its ancestors have handled their messages."""
         event = Settled(pump if again else None)
         if pump.post_message(event):
-            self._settling.add(event)
+            self._settling[event] = pump
             self.set_timer(LOST, partial(self._settle, event))
 
     def push_screen(self, screen: Any, *arguments: Any, **options: Any) -> Any:
