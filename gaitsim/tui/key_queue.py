@@ -42,7 +42,7 @@ class KeyQueue(App[None]):
     def __init__(self) -> None:
         super().__init__()
         self._keys: deque[Key | Paste] = deque()
-        self._settling: dict[Settled, MessagePump] = {}
+        self._settling: set[Settled] = set()
         self._answering: set[Worker[Any]] = set()
         self._held_since = 0.0
         self._retries = False
@@ -67,19 +67,14 @@ class KeyQueue(App[None]):
 
     async def _settle(self, event: Settled) -> None:
         if event in self._settling:
-            del self._settling[event]
+            self._settling.discard(event)
             if event.after is not None:
                 self._wait_for(event.after, again=False)
         await self._deliver()
 
     async def _deliver(self) -> None:
-        while self._keys:
-            # A widget that was removed handles no more messages.
-            self._settling = {
-                event: pump for event, pump in self._settling.items() if pump.is_running
-            }
-            asks = self._asks() and time.monotonic() - self._held_since < PATIENCE
-            if self._settling or asks:
+        while self._keys and not self._settling:
+            if self._asks() and time.monotonic() - self._held_since < PATIENCE:
                 if not self._retries:
                     self._retries = True
                     self.set_timer(_RETRY, self._retry)
@@ -105,7 +100,7 @@ class KeyQueue(App[None]):
         """Hold keys until a widget and its ancestors have handled their messages."""
         event = Settled(pump if again else None)
         if pump.post_message(event):
-            self._settling[event] = pump
+            self._settling.add(event)
             self.set_timer(LOST, partial(self._settle, event))
 
     def push_screen(self, screen: Any, *arguments: Any, **options: Any) -> Any:
