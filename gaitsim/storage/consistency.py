@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -85,8 +86,19 @@ def inconsistencies(run: RunSnapshot) -> dict[int, list[str]]:
     return dict(sorted(found.items()))
 
 
-Progress = tuple[SearchProgress, bool]
-"""The progress after a generation, and whether its best individual is a champion."""
+class Progress(NamedTuple):
+    """The progress after a generation.
+
+    Attributes:
+        search: progress of the search.
+        is_champion: whether the best individual of the generation is a champion.
+        rescored: whether the scores are not comparable with those before, so that a search may
+            have re-evaluated the individuals it remembers.
+    """
+
+    search: SearchProgress
+    is_champion: bool
+    rescored: bool
 
 
 def expected_progress(run: RunSnapshot) -> Iterator[Progress]:
@@ -111,7 +123,8 @@ def expected_progress(run: RunSnapshot) -> Iterator[Progress]:
                 progress = progress.reset_scores(evolution.fitness_threshold, 0)
             progress, is_champion = advance(progress, scores[number - 1], 0, evolution)
             progress = replace(progress, evaluations=evaluations[number - 1])
-            yield progress, is_champion
+            rescored = number in redrawn or (number == stage.first and stage.reevaluated)
+            yield Progress(progress, is_champion, rescored)
 
 
 def _check_rows(run: RunSnapshot) -> Iterator[tuple[int, str]]:
@@ -164,8 +177,7 @@ def _check_checkpoint(
     for part in wrong_checksums(run, generation):
         yield number, f"the {part} in {name} do not match {CHECKSUMS}"
     experiment = run.experiment_at(number)
-    expected, _ = progress[number - 1]
-    expected = replace(expected, finished=finished(experiment, generation.state))
+    expected = replace(progress[number - 1].search, finished=finished(experiment, generation.state))
     for part, value in vars(expected).items():
         if (there := getattr(generation.progress, part)) != value:
             yield number, f"{name}: {part.replace('_', ' ')} is {there!r}, not {value!r}"
@@ -191,15 +203,11 @@ def population_out_of_bounds(run: RunSnapshot, checkpoint: Checkpoint) -> str:
 def _check_progress(run: RunSnapshot, progress: list[Progress]) -> Iterator[tuple[int, str]]:
     """Compare the number of evaluations and the saved champions with the expected ones."""
     population, before = len(run.finished.genomes), 0
-    for number, (found, _) in enumerate(progress, start=1):
-        evaluated, before = found.evaluations - before, found.evaluations
-        stage = run.stage_at(number)
-        rescored = stage.outline.worlds.redrawn(number) or (
-            number == stage.first and stage.reevaluated
-        )
-        if evaluated < population or (evaluated > population and not rescored):
+    for number, found in enumerate(progress, start=1):
+        evaluated, before = found.search.evaluations - before, found.search.evaluations
+        if evaluated < population or (evaluated > population and not found.rescored):
             yield number, f"{HISTORY}: {evaluated} evaluations, but {population} individuals"
-    champions = {number for number, (_, champion) in enumerate(progress, 1) if champion}
+    champions = {number for number, found in enumerate(progress, start=1) if found.is_champion}
     kept = {*kept_generations(run.path, CHAMPIONS, run.generation)}
     for number in sorted(champions - kept):
         yield number, f"{kept_file(CHAMPIONS, number)} is missing, although it beat the threshold"

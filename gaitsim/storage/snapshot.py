@@ -50,6 +50,7 @@ from gaitsim.storage.files.folder import (
     command,
     find_run,
     kept_file,
+    kept_generations,
     truncation_error,
     unfinished_error,
 )
@@ -445,6 +446,11 @@ class RunSnapshot:
                 remedy="restore all files of the run from one copy",
             )
         return found
+
+    @cached_property
+    def kept_populations(self) -> tuple[int, ...]:
+        """The generations whose whole populations the run keeps, in order, without the last."""
+        return tuple(kept_generations(self.path, POPULATIONS, self.generation - 1))
 
     def population(self, generation: int) -> Checkpoint:
         """Return the whole population of the last generation or of one that the run keeps.

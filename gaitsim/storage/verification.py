@@ -96,17 +96,21 @@ def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Iterator[Rep
 
 
 def reproduce_some(
-    run: RunSnapshot, full: Sequence[int], best_only: Sequence[int], new_evaluator: NewEvaluator
+    run: RunSnapshot,
+    stored: Mapping[int, Checkpoint],
+    full: Sequence[int],
+    best_only: Sequence[int],
+    new_evaluator: NewEvaluator,
 ) -> Iterator[Reproduced]:
     """Evolve some generations again, and evaluate the best individual of others.
 
     Args:
         run: the run.
+        stored: populations of `stored_populations`.
         full: generations that `reproducible` returns.
         best_only: other generations.
         new_evaluator: function that creates evaluators.
     """
-    stored = _stored(run)
     for parent, group in groupby(full, lambda number: max([0, *(n for n in stored if n < number)])):
         numbers = [*group]
         before = restore_generation(stored[parent]) if parent else None
@@ -126,21 +130,21 @@ def reproduce_some(
                     yield from _reevaluated_bests(run, batch, evaluator.evaluate)
 
 
-def reproducible(run: RunSnapshot) -> list[int]:
+def reproducible(run: RunSnapshot, stored: Mapping[int, Checkpoint]) -> list[int]:
     """Return the generations that can be evolved again on their own.
 
     These are the first, the one after each kept population, and those after the previous
     checkpoint, which are at most half a second of computing.
     """
     last = run.previous.generation + 1 if run.previous else run.generation + 1
-    after = {number + 1 for number in _stored(run)}
+    after = {number + 1 for number in stored}
     return sorted({1, *after, *range(last, run.generation + 1)})
 
 
-def _stored(run: RunSnapshot) -> dict[int, Checkpoint]:
+def stored_populations(run: RunSnapshot) -> dict[int, Checkpoint]:
     """Return the populations from which the run can continue, by generation in order."""
     found = {}
-    for number in kept_generations(run.path, POPULATIONS, run.generation - 1):
+    for number in run.kept_populations:
         with suppress(GaitsimError):  # `consistency` reports it
             found[number] = run.population(number)
     if run.previous is not None:
@@ -245,7 +249,7 @@ def _reproduced(run: RunSnapshot, again: Generation) -> Reproduced:
         f"the reproduced {part} do not match {CHECKSUMS}" for part in wrong_checksums(run, again)
     ] + row_differences(run, again, "when reproduced")
     stored = [(run.finished, CHECKPOINT), (run.previous, PREVIOUS)]
-    if again.number in kept_generations(run.path, POPULATIONS, run.generation - 1):
+    if again.number in run.kept_populations:
         with suppress(GaitsimError):  # `consistency` reports it
             name = kept_file(POPULATIONS, again.number)
             stored.append((run.population(again.number), name))
@@ -310,6 +314,7 @@ def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Genera
     wanted = sorted({*generations})
     for number in wanted:
         run.stage_at(number)
+    # Not the snapshot's list: a user deletes a file that differs, to have it evolved again.
     kept = {*wanted} <= {*kept_generations(run.path, POPULATIONS), run.generation}
     found = (
         (restore_generation(run.population(number)) for number in wanted)
@@ -444,7 +449,8 @@ def verify(
         begin(last)
         results = reproduce_all(run, new_evaluator)
     else:
-        able = reproducible(run)
+        stored = stored_populations(run)
+        able = reproducible(run, stored)
         if generations:
             asked = sorted({*generations})
             full = [number for number in asked if number in able]
@@ -453,7 +459,7 @@ def verify(
             full = sorted({*able[:: max(len(able) // SAMPLES, 1)], 1, last} & {*able})
         begin(len(asked))
         others = sorted({*asked} - {*full})
-        results = reproduce_some(run, full, others, new_evaluator)
+        results = reproduce_some(run, stored, full, others, new_evaluator)
     reproduced: dict[bool, list[int]] = {True: [], False: []}
     farthest = 0.0
     for again in results:

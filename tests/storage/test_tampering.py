@@ -13,6 +13,7 @@ from gaitsim.experiment import with_overrides
 from gaitsim.storage.consistency import expected_chain
 from gaitsim.storage.creation import champion_of, create_run
 from gaitsim.storage.files.checkpoint import pack, read_champion, read_checkpoint, read_start
+from gaitsim.storage.files.folder import CHAMPIONS, kept_file
 from gaitsim.storage.files.records import RECORD
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import verify
@@ -115,9 +116,7 @@ def without_champions(path):
 def with_another_champion(path):
     numbers = {int(file.stem.partition("-")[2]) for file in champions(path)}
     number = min({*range(1, LAST + 1)} - numbers)
-    shutil.copy(champions(path)[0], path / "champions" / f"generation-{number:06}.pickle")
-    if not (path / "champions" / f"generation-{number:06}.pickle").exists():
-        raise AssertionError
+    shutil.copy(champions(path)[0], path / kept_file(CHAMPIONS, number))
 
 
 def with_champion(path, **changes):
