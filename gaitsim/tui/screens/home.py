@@ -199,14 +199,14 @@ other terminals.
     def _wanted(self) -> "list[Overview]":
         """Return the runs that fulfil the filter; the last word is ignored while it is invalid."""
         text, problem = self.filter.strip(), ""
-        query = None
+        query, found = None, None
         if text:
             from gaitsim.storage.query import parse_query
 
             for shorter in (text, text.rpartition(" ")[0]):
                 try:
                     query = parse_query(shorter)
-                    query.select(self.listed)
+                    found = query.select(self.listed)
                     break
                 except GaitsimError as error:
                     query = self._query
@@ -216,6 +216,8 @@ other terminals.
         line = self.query_one("#filter-problem", Static)
         line.display = bool(problem)
         line.update(Text(clip(problem, max(self.size.width - 2, 1))))
+        if found is not None:
+            return found
         return [run for run in self.listed if query is None or query.matches(run)]
 
     def _title(self) -> None:
