@@ -40,9 +40,19 @@ class View:
 
 def config_folder() -> Path:
     """Return the folder of the user's settings in $XDG_CONFIG_HOME or ~/.config."""
-    home = Path(os.environ.get("XDG_CONFIG_HOME", ""))
-    # The XDG specification requires relative paths to be ignored.
-    return (home if home.is_absolute() else Path.home() / ".config") / "gaitsim"
+    return user_folder("XDG_CONFIG_HOME", ".config")
+
+
+def user_folder(variable: str, default: str) -> Path:
+    """Return the folder of gaitsim in the one that a variable of the XDG specification names.
+
+    Args:
+        variable: name of the variable.
+        default: folder in the user's home that replaces it.
+    """
+    given = Path(os.environ.get(variable, ""))
+    # The specification requires relative paths to be ignored.
+    return (given if given.is_absolute() else Path.home() / default) / "gaitsim"
 
 
 def views_path() -> Path:

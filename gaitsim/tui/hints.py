@@ -1,11 +1,11 @@
 """Hints about useful keys, which disappear once the user knows them."""
 
 import json
-import os
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.opening import read_regular
+from gaitsim.storage.views import user_folder
 
 LEARNT = 2  # uses after which an action is known
 SHOWN = 2  # maximum number of hints at a time
@@ -22,9 +22,7 @@ HINTED = (
 
 def state_path() -> Path:
     """Return the path of the counts in $XDG_STATE_HOME or ~/.local/state, existing or not."""
-    home = Path(os.environ.get("XDG_STATE_HOME", ""))
-    folder = home if home.is_absolute() else Path.home() / ".local" / "state"
-    return folder / "gaitsim" / "keys.json"
+    return user_folder("XDG_STATE_HOME", ".local/state") / "keys.json"
 
 
 class Hints:

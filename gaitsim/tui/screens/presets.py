@@ -132,11 +132,10 @@ class Presets(Dialog[str | None]):
 
     def _arrange(self) -> None:
         """Show cards on a large terminal, else a list."""
-        large = self.has_class("-wide") and self.has_class("-tall")
         for grid in self.query(ItemGrid):
-            grid.min_column_width = CARD + 2 if large else None
+            grid.min_column_width = CARD + 2 if self._is_large else None
         for card in self.query(Card):
-            card.show(with_picture=large)
+            card.show(with_picture=self._is_large)
         if self._card is not None:
             self.call_after_refresh(self._card.scroll_visible, animate=False)
 
@@ -155,8 +154,13 @@ class Presets(Dialog[str | None]):
                 return
             self._arrange_one(card)
 
+    @property
+    def _is_large(self) -> bool:
+        """Whether the terminal has room for cards."""
+        return self.has_class("-wide") and self.has_class("-tall")
+
     def _arrange_one(self, card: Card) -> None:
-        card.show(with_picture=self.has_class("-wide") and self.has_class("-tall"))
+        card.show(with_picture=self._is_large)
         if card is self._card:
             self._show_side()
 
