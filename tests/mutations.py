@@ -25,30 +25,38 @@ def mutations(data: bytes, count: int, seed: int = 0):
     """Yield copies of a file, each changed in one to three places."""
     chance = random.Random(seed)
     for _ in range(count):
-        changed = data
-        for _ in range(chance.choice((1, 1, 1, 2, 3))):
-            changed = chance.choice(_CHANGES)(changed, chance)
-        yield changed
+        yield changed_bytes(data, chance)
 
 
 def mutations_of_values(content: dict, count: int, seed: int = 0):
     """Yield copies of nested dicts and lists, each with one to three values replaced or removed."""
     chance = random.Random(seed)
     for _ in range(count):
-        changed = deepcopy(content)
-        for _ in range(chance.choice((1, 1, 1, 2, 3))):
+        yield changed_values(content, chance)
+
+
+def changed_bytes(data: bytes, chance: random.Random) -> bytes:
+    """Return a copy of a file, changed in one to three places."""
+    for _ in range(chance.choice((1, 1, 1, 2, 3))):
+        data = chance.choice(_CHANGES)(data, chance)
+    return data
+
+
+def changed_values(content, chance: random.Random):
+    """Return a copy of nested dicts and lists with one to three values replaced or removed."""
+    changed = deepcopy(content)
+    for _ in range(chance.choice((1, 1, 1, 2, 3))):
+        if isinstance(changed, dict | list):
             _change_value(changed, chance)
-        yield changed
+    return changed
 
 
 def _change_value(content, chance):
-    places = [(content, key) for key in content]
+    places = [(content, at) for at in _keys(content)]
     for container, key in places:  # which grows
         inner = container[key]
         if isinstance(inner, dict | list):
-            places += [
-                (inner, at) for at in (inner if isinstance(inner, dict) else range(len(inner)))
-            ]
+            places += [(inner, at) for at in _keys(inner)]
     if not places:
         return
     container, key = chance.choice(places)
@@ -62,6 +70,10 @@ def _change_value(content, chance):
             container[chance.choice(("more", "", "\x1b", "x" * 300))] = chance.choice(VALUES)
         case _:
             container[key] = deepcopy(chance.choice(VALUES))
+
+
+def _keys(content):
+    return content if isinstance(content, dict) else range(len(content))
 
 
 def _span(data, chance):

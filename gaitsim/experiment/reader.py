@@ -278,7 +278,7 @@ class Reader:
             given: Any = section
             for part in error.key.split("."):
                 given = given.get(part) if isinstance(given, dict) else None
-            if given is not None:  # a validator named the option
+            if error.key and given is not None:  # a validator named the option
                 key, value = f"{kind}.{error.key}", literal(given)
                 implied = (error.key, f"{entry}, {entry.target}")
                 where = "" if error.where in implied else error.where

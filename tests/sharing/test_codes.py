@@ -15,7 +15,7 @@ import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim.sharing import code as codes
-from gaitsim.sharing.challenge import Challenge, _packed, code_of
+from gaitsim.sharing.challenge import Challenge, code_of
 
 CHARACTERS = string.ascii_letters + string.digits + "-_"
 DICTIONARY = "3fc9d0bfa417c4dfbd22781a7dd3183707a3a4395d186a26c4bdd933f6fd318d"
@@ -199,20 +199,6 @@ def test_any_sealed_bytes_are_refused(packed):
         Challenge.read(sealed(packed))
     with pytest.raises(GaitsimError):
         Challenge.read(codes.encode(packed))
-
-
-def test_changed_contents_are_refused_or_read(millipede):
-    content, chance = bytearray(_packed(millipede)), random.Random(3)
-    for _ in range(400):
-        changed = bytearray(content)
-        for _ in range(chance.choice((1, 1, 3))):
-            changed[chance.randrange(len(changed))] = chance.choice((0, 1, 34, 127, 255))
-        try:
-            found = Challenge.read(codes.encode(bytes(changed)))
-            assert np.isfinite(found.score)
-            assert len(found.genome)
-        except GaitsimError:
-            continue
 
 
 @pytest.mark.parametrize(

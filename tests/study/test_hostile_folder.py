@@ -2,15 +2,13 @@
 
 import os
 import shutil
-from itertools import count
 
 import numpy as np
 import pytest
-from mutations import mutations
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.surfaces import plot_surfaces
-from gaitsim.study.file import MOST_SCORES, cells, parse_study, read_study
+from gaitsim.study.file import MOST_SCORES, cells, parse_study
 from gaitsim.study.results import write_results
 from gaitsim.study.running import CELLS, FRESH, run_cells
 
@@ -125,25 +123,3 @@ def test_the_number_of_reported_problems_is_limited():
     text = SMALL.replace("[5, 7]", "{ from = 6, to = 100_000, step = 2 }")
     with pytest.raises(GaitsimError, match="cells after the first 20 were not checked"):
         cells(parse_study(text, "s"))
-
-
-def check_mutants(number, path):
-    refused = count()
-    for data in mutations(SMALL.encode(), number):
-        path.write_bytes(data)
-        try:
-            study, _ = read_study(str(path))
-            cells(study)
-        except GaitsimError as error:
-            assert str(error)  # noqa: PT017
-            next(refused)
-    assert next(refused) > number // 2
-
-
-def test_some_mutants_of_a_study_file_are_read_or_rejected(tmp_path):
-    check_mutants(50, tmp_path / "study.toml")
-
-
-@pytest.mark.slow
-def test_many_mutants_of_a_study_file_are_read_or_rejected(tmp_path):
-    check_mutants(500, tmp_path / "study.toml")

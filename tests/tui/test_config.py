@@ -1,10 +1,8 @@
 """The settings: reading them, their problems, and storing a theme."""
 
 import os
-from contextlib import suppress
 
 import pytest
-from mutations import mutations
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import Config, check_keys, config_path, read_config, remember
@@ -91,26 +89,6 @@ class TestRead:
         with path.open("wb") as file:
             file.truncate(10**11)
         assert "too large" in read_config(path).problems[0].what
-
-    def test_mutated_settings_are_read_or_reported(self, tmp_path):
-        check_mutations(50, tmp_path / "c.toml")
-
-    @pytest.mark.slow
-    def test_many_mutated_settings_are_read_or_reported(self, tmp_path):
-        check_mutations(2000, tmp_path / "c.toml")
-
-
-def check_mutations(number, path):
-    """Check that mutated settings are read or reported, and that a stored theme is read back."""
-    reported = 0
-    for data in mutations(b'[tui]\ntheme = "nord"\n[keys]\nhome.delete = "x" # mine\n', number):
-        path.write_bytes(data)
-        found = read_config(path)
-        reported += bool(found.problems)
-        with suppress(GaitsimError):
-            remember(path, "theme", "dracula")
-            assert read_config(path).theme == "dracula"
-    assert reported > number // 3
 
 
 class TestCheck:

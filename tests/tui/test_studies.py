@@ -7,6 +7,7 @@ import pytest
 from textual.widgets import DataTable, Input
 
 from gaitsim.study.results import StudyFolder
+from gaitsim.tui.widgets.footer import Footer
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.lists import OpenTable
 
@@ -182,3 +183,13 @@ def test_looks(size, theme, here, snap_compare, monkeypatch):
 
     app = GaitsimApp(Path("nowhere"), theme=theme, clock=lambda: 1e5 + 30)
     assert snap_compare(app, terminal_size=size, run_before=show)
+
+
+async def test_the_footer_of_a_closed_screen_is_not_drawn_again(here, drive):
+    async with drive() as driver:
+        await driver.press("u")
+        screen = await driver.at("Studies")
+        closing = driver.app.pop_screen()
+        await screen.query_one(DataTable).remove()  # its keys depend on it
+        await screen.query_one(Footer).recompose()
+        await closing

@@ -163,7 +163,9 @@ class Footer(widgets.Footer):
 
     async def recompose(self) -> None:
         """Rebuild the keys if they have changed, unless the screen has been closed."""
-        if self.is_attached and (self._items() != self._shown or not self.children):
+        if not self.is_attached or self.screen not in self.app.screen_stack:
+            return
+        if self._items() != self._shown or not self.children:
             await super().recompose()
 
     def on_resize(self) -> None:
