@@ -44,7 +44,7 @@ app = group(
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets: the experiments that packages provide.",
-        "robots": "Check robot files, and list the installed robots and servos.",
+        "robots": "Check robot files, emulate robots, and list the installed robots and servos.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     {
@@ -98,6 +98,8 @@ app = group(
             {
                 "list": "List the installed robots and servos.",
                 "check": "Check whether a robot file can be used, and show its contents.",
+                "emulate": "Emulate a robot on a serial port: its servos and its body, in real "
+                "time.",
             },
             {"list": "robots:ListRobots", "check": "robots:CheckRobot"},
         ),

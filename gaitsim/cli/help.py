@@ -95,11 +95,14 @@ class LazyGroup(TyperGroup):
         places: places of the commands. A command with a line but no place is an entry point of a
             plugin package.
         extensible: whether other packages can add commands.
+        prefix: start of the names of entry points of a nested group, such as 'robots.'; '' of all
+            commands.
     """
 
     lines: ClassVar[Mapping[str, str]]
     places: ClassVar[Places]
     extensible: ClassVar[bool]
+    prefix: ClassVar[str]
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
@@ -136,10 +139,12 @@ class LazyGroup(TyperGroup):
         place = self.places.get(name)
         if isinstance(place, tuple):
             line = self.lines[name]
-            nested = group(*place, help=line, callback=_no_options, add_completion=False)
+            settings: dict[str, Any] = {"help": line, "callback": _no_options}
+            prefix = f"{self.prefix}{name}."
+            nested = group(*place, prefix=prefix, add_completion=False, **settings)
             return get_command(nested)
         if place is None:
-            function = self._import_from_package(name)
+            function = self._import_from_package(self.prefix + name)
         else:
             module, _, attribute = place.partition(":")
             prefix = "" if module.startswith("gaitsim") else "gaitsim.actions."
@@ -168,7 +173,7 @@ class LazyGroup(TyperGroup):
         if not self.extensible:
             return
         for name in (*entries(COMMANDS), *self._refused()):
-            if name in self.commands:
+            if name in self.commands or name.partition(".")[0] in self.places:
                 continue
             try:
                 doc = inspect.getdoc(self._import_from_package(name)) or ""
@@ -222,10 +227,15 @@ def _is_action(found: object) -> bool:
 
 
 def group(
-    lines: Mapping[str, str], places: Places, *, extensible: bool = False, **settings: Any
+    lines: Mapping[str, str],
+    places: Places,
+    *,
+    extensible: bool = False,
+    prefix: str = "",
+    **settings: Any,
 ) -> typer.Typer:
     """Return the Typer app for a group of commands; see `LazyGroup`."""
-    values = {"lines": lines, "places": places, "extensible": extensible}
+    values = {"lines": lines, "places": places, "extensible": extensible, "prefix": prefix}
     kind = type("Group", (LazyGroup,), values)
     return typer.Typer(cls=kind, no_args_is_help=True, **settings)
 

@@ -128,11 +128,19 @@ class Arduino(BusExporter):
     note: ClassVar[str] = "sketch for PCA9685 boards"
     suffix: ClassVar[str] = ""
     format: ClassVar[str] = "arduino"
+    stream: bool = option(
+        False, "write a sketch that plays pulses that a program sends over USB, instead of a gait"
+    )
 
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the folder, or the calibration template."""
-        from gaitsim_hardware.exporting import export_controller, feels
+        from gaitsim_hardware.exporting import export_controller, export_receiver, feels
 
+        if self.stream and self.calibration_template is None:
+            if unused := self.model_dump(exclude_unset=True).keys() - {"stream", "calibration"}:
+                flags = " or ".join(f"--{name.replace('_', '-')}" for name in sorted(unused))
+                raise GaitsimError(f"--stream cannot be combined with {flags}", where="--stream")
+            return export_receiver(subject.individual, path, self.calibration)
         if self.calibration_template is not None or not feels(subject.individual):
             return super().write(subject, path)
         if unused := {"keyframe_ms", "speed"} & self.model_dump(exclude_unset=True).keys():

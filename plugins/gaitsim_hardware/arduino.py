@@ -1,5 +1,6 @@
 """Gaits as Arduino sketches for hobby servos on PCA9685 boards."""
 
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -54,6 +55,21 @@ const uint8_t SERVO_BOARD[] = {{{board}}};
 const uint8_t SERVO_CHANNEL[] = {{{channel}}};
 const float ZERO_US[] = {{{zero}}};  // pulse for a joint angle of 0
 const float US_PER_RADIAN[] = {{{slope}}};
+const uint16_t LOWEST[] = {{{lowest}}};  // us
+const uint16_t HIGHEST[] = {{{highest}}};
+"""
+_RECEIVER = """\
+// The servos of {name}.ino. Written by gaitsim.
+#pragma once
+#include <Arduino.h>
+
+const uint8_t JOINTS = {joints};
+const uint8_t BOARDS = {boards};
+const uint32_t SERVOS = 0x{checksum:08x};  // checksum of this file
+
+// Joints: {names}
+const uint8_t SERVO_BOARD[] = {{{board}}};
+const uint8_t SERVO_CHANNEL[] = {{{channel}}};
 const uint16_t LOWEST[] = {{{lowest}}};  // us
 const uint16_t HIGHEST[] = {{{highest}}};
 """
@@ -139,6 +155,7 @@ def create_controller_sketch(
         **_board_texts(boards),
         "LEGS_TEXT": ", ".join(map(as_comment, rhythm.names)),
         "PINS": _join([-1] * len(rhythm.names)),
+        "SENSOR": filled("sensor.ino", {}),
         "TITLE": as_comment(title),
     }
     texts = {
@@ -150,12 +167,29 @@ def create_controller_sketch(
     return Sketch(texts, code.tables, boards)
 
 
+def create_receiver_sketch(calibration: Calibration, name: str, title: str) -> Sketch:
+    """Create a sketch that plays pulses that a program sends.
+
+    Args:
+        calibration: calibration of the joints, each with a channel.
+        name: name of the sketch.
+        title: title of the robot, one line.
+    """
+    texts = {"SENSOR": filled("sensor.ino", {}), "TITLE": as_comment(title)}
+    boards, servos = count_boards(calibration), _servo_texts(calibration)
+    header = _RECEIVER.format(
+        name=name, joints=len(calibration.joints), checksum=servo_checksum(calibration), **servos
+    )
+    program = filled("receiver.ino", {**_board_texts(boards), **texts})
+    return Sketch({f"{name}.ino": program, "servos.h": header}, 0, boards)
+
+
 def write_sketch(sketch: Sketch, folder: Path) -> None:
     """Write the files of a sketch to a folder, and replace the files of an earlier sketch."""
     make_folder(folder)
     for name, text in sketch.files.items():
         write_bytes(folder / name, text.encode(), follow=False)
-    for name in {"gait.c", "servos.h"} - {*sketch.files}:
+    for name in {"gait.h", "gait.c", "servos.h"} - {*sketch.files}:
         with writing(folder / name):
             (folder / name).unlink(missing_ok=True)  # Arduino compiles all files of the folder
 
@@ -202,6 +236,11 @@ def _servo_texts(calibration: Calibration) -> dict[str, str]:
         "lowest": _join(_rounded(calibration.pulses(calibration.low))),
         "highest": _join(_rounded(calibration.pulses(calibration.high))),
     }
+
+
+def servo_checksum(calibration: Calibration) -> int:
+    """Return a CRC-32 of what a sketch knows of its servos: their outputs and limits."""
+    return zlib.crc32(repr(sorted(_servo_texts(calibration).items())).encode())
 
 
 def _board_texts(boards: int) -> dict[str, str]:

@@ -117,6 +117,11 @@ class Calibration:
         turned: Floats = np.degrees(angles) * self._values("direction") + self._values("offset")
         return turned
 
+    def joint_angles(self, degrees: Floats) -> Floats:
+        """Convert servo angles, (…, joints) °, to joint angles, rad."""
+        turned: Floats = (degrees - self._values("offset")) * self._values("direction")
+        return np.radians(turned)
+
     @cached_property
     def low(self) -> Floats:
         """Smallest angle of each servo, (joints,) °."""
@@ -138,22 +143,42 @@ class Calibration:
 
     def pulses(self, degrees: Floats) -> Floats:
         """Convert servo angles, (…, joints) °, to pulses, µs."""
-        short, long = np.array([joint.pulse for joint in self.joints.values()], np.float64).T
+        short, long = self._pulses
         pulses: Floats = short + (degrees + HALF_RANGE) / (2 * HALF_RANGE) * (long - short)
         return pulses
+
+    def angles_of_pulses(self, pulses: Floats) -> Floats:
+        """Convert pulses, (…, joints) µs, to servo angles, °."""
+        short, long = self._pulses
+        degrees: Floats = (pulses - short) / (long - short) * 2 * HALF_RANGE - HALF_RANGE
+        return degrees
+
+    @cached_property
+    def _pulses(self) -> Floats:
+        """Pulses at −90° and 90° of each servo, (2, joints) µs."""
+        return np.array([joint.pulse for joint in self.joints.values()], np.float64).T
 
     def ticks(self, degrees: Floats) -> NDArray[np.int64]:
         """Convert angles of servos on a bus, (…, joints) °, to the nearest goal positions.
 
         Positions beyond a servo's range are clipped.
         """
-        servos = [joint.model for joint in self.joints.values()]
-        tick = np.array([servo.tick for servo in servos if servo])
-        centre = np.array([servo.centre_tick for servo in servos if servo])
-        last = np.array([servo.ticks for servo in servos if servo]) - 1
+        tick, centre, ticks = self._ticks
         positions = np.rint(centre + np.radians(degrees) / tick).astype(np.int64)
-        clipped: NDArray[np.int64] = np.clip(positions, 0, last)
+        clipped: NDArray[np.int64] = np.clip(positions, 0, ticks.astype(np.int64) - 1)
         return clipped
+
+    def angles_of_ticks(self, positions: Floats | NDArray[np.int64]) -> Floats:
+        """Convert positions of servos on a bus, (…, joints), to servo angles, °."""
+        tick, centre, _ = self._ticks
+        degrees: Floats = np.degrees((positions - centre) * tick)
+        return degrees
+
+    @cached_property
+    def _ticks(self) -> Floats:
+        """Angle of a position in rad, central position, and number of positions, (3, joints)."""
+        servos = [joint.model for joint in self.joints.values()]
+        return np.array([[one.tick, one.centre_tick, one.ticks] for one in servos if one]).T
 
     def _values(self, name: str) -> Floats:
         return np.array([getattr(joint, name) for joint in self.joints.values()], np.float64)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.contracts import Exported
+from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait, gait_of
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
@@ -14,6 +15,7 @@ from gaitsim_hardware.arduino import (
     Sketch,
     check_standing,
     create_controller_sketch,
+    create_receiver_sketch,
     create_sketch,
     sketch_name,
     write_sketch,
@@ -30,6 +32,8 @@ from gaitsim_hardware.keyframes import (
     write_ticks,
 )
 from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_bag, write_goal
+
+MOST_STREAMED = 64  # joints whose pulses and status fit into 20 ms at 115200 baud
 
 
 def export_trajectory(
@@ -131,6 +135,31 @@ def export_controller(
     unchecked = _unchecked(calibration)
     notices = (assumed, unchecked, _clipped(simulated), contacts if felt else "")
     return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
+
+
+def export_receiver(individual: Individual, path: Path, file: Path | None) -> Exported:
+    """Write an Arduino sketch that plays pulses that a program sends.
+
+    Args:
+        individual: individual with the robot's body.
+        path: path of the folder.
+        file: TOML file of the calibration; None for servos centred in the standing pose.
+    """
+    name, gait, assumed = sketch_name(path), gait_of(individual), ""
+    if file is not None:
+        calibration = read_calibration(file, "arduino", gait.joint_names)
+    else:
+        calibration, assumed = _assumed_calibration(individual, gait, "arduino")
+    if len(gait.joint_names) > MOST_STREAMED:
+        raise GaitsimError(
+            f"the robot has {len(gait.joint_names)} joints",
+            where="--stream",
+            allowed=f"at most {MOST_STREAMED}, whose pulses take 20 ms at 115200 baud",
+        )
+    body = individual.experiment.name
+    write_sketch(create_receiver_sketch(calibration, name, body), path)
+    summary = f"a sketch that plays pulses sent over USB, {len(gait.joint_names)} joints"
+    return Exported(summary, tuple(filter(None, (assumed,))))
 
 
 def feels(individual: Individual) -> bool:

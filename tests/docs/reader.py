@@ -48,6 +48,7 @@ ENDLESS = {
     r"^gaitsim steer$|^gaitsim steer fly": ("hover", "\x11"),
     r"^gaitsim steer (?!.*--out)": ("faster", "\x11"),
     r"^gaitsim serve": ("http://", ""),
+    r"^gaitsim robots emulate": ("Ctrl-C ends it", ""),
     r"^gaitsim attach": ("generation", ""),
     r"^gaitsim adapt.*--interactive": ("Enter to quit", "\n"),
 }

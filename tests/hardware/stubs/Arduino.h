@@ -20,13 +20,23 @@ static bool button_down = false;
 inline uint32_t millis() { return clock_ms; }
 inline uint32_t micros() { return clock_ms * 1000; }
 inline void pinMode(uint8_t, uint8_t) {}
+inline int analogRead(uint8_t) { return 0; }
 inline int digitalRead(uint8_t) { return button_down ? LOW : HIGH; }
 
 struct SerialPort {
   const char *waiting = "";
+  size_t bytes = 0;  // number of waiting bytes, if they may be 0
   void begin(long) {}
-  int available() { return strlen(waiting); }
-  char read() { return *waiting++; }
+  int available() { return bytes ? bytes : strlen(waiting); }
+  char read() {
+    if (bytes) bytes--;
+    return *waiting++;
+  }
+  void write(const uint8_t *out, size_t count) {
+    printf("reply %u ", clock_ms);
+    for (size_t i = 0; i < count; i++) printf("%02x", out[i]);
+    printf("\n");
+  }
   void println(const char *) {}
 };
 static SerialPort Serial;

@@ -1,0 +1,81 @@
+"""The robot of an experiment, the calibration of its servos, and its emulator."""
+
+from pathlib import Path
+
+from gaitsim.contracts import Organism
+from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Experiment
+from gaitsim_hardware.calibration import Calibration, default_calibration
+from gaitsim_hardware.calibration_file import read_calibration
+from gaitsim_robot.organism import Robot
+from gaitsim_wire.body import Body
+from gaitsim_wire.emulator import Emulator, Noise, ServoBus, SketchBoard, parse_fault
+from gaitsim_wire.tables import TABLES
+
+FORMATS = {"feetech": "feetech", "dynamixel": "dynamixel", "serial": "arduino"}
+"""Format of the calibration by bus."""
+
+
+def robot_of(experiment: Experiment) -> Robot:
+    """Return the robot of an experiment.
+
+    Raises:
+        GaitsimError: the body is not a robot in MuJoCo.
+    """
+    organism: Organism = experiment.organism
+    if isinstance(organism, Robot) and organism.engine == "mujoco":
+        return organism
+    raise GaitsimError(
+        f"the body {experiment.entries['organism'].name!r} has no servos in MuJoCo",
+        where=f"experiment {experiment.name}",
+        allowed="a robot, such as those of the presets 'hexapod' and 'quadruped', or a robot file",
+    )
+
+
+def calibration_of(robot: Robot, bus: str, file: Path | None) -> Calibration:
+    """Return the calibration in a file, or the default one.
+
+    Raises:
+        GaitsimError: the calibration is invalid, or has servos that do not speak the protocol.
+    """
+    joints, format = robot.joint_names(), FORMATS[bus]
+    if file is None:
+        found = default_calibration(format, joints, robot.standing_pose(), robot.servo)
+    else:
+        found = read_calibration(file, format, joints)
+    for name, joint in found.joints.items() if bus in TABLES else ():
+        if joint.servo not in TABLES[bus].models:
+            raise GaitsimError(
+                f"the servo {joint.servo!r} of {name} cannot be driven on the bus {bus!r}",
+                where=str(file or "--bus"),
+                allowed=", ".join(TABLES[bus].models),
+            )
+    return found
+
+
+def create_emulator(
+    experiment: Experiment,
+    bus: str,
+    file: Path | None,
+    faults: tuple[str, ...],
+    noise: Noise,
+    *,
+    imu: bool,
+) -> Emulator:
+    """Return a virtual robot with its servos off.
+
+    Args:
+        experiment: experiment of the robot, in its world.
+        bus: 'feetech', 'dynamixel' or 'serial'.
+        file: TOML file of the calibration; None for the default one.
+        faults: faults, as `parse_fault` reads them.
+        noise: losses on the wire.
+        imu: whether an IMU answers on a servo bus.
+    """
+    robot = robot_of(experiment)
+    calibration = calibration_of(robot, bus, file)
+    parsed = [parse_fault(text, robot.joint_names()) for text in faults]
+    body = Body(robot.simulation)
+    if bus == "serial":
+        return SketchBoard(body, calibration, parsed, noise)
+    return ServoBus(bus, body, calibration, parsed, noise, imu=imu)
