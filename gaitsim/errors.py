@@ -122,8 +122,11 @@ def error_from_dict(data: Mapping[str, Any]) -> GaitsimError:
 
     Raises:
         KeyError: a part is missing.
+        TypeError: a part is not a string.
     """
     parts = {name: data[name] for name in ("where", "allowed", "remedy", "key")}
+    if not all(isinstance(part, str) for part in (data["what"], *parts.values())):
+        raise TypeError("a part is not a string")
     if "problems" not in data:
         return GaitsimError(data["what"], **parts)
     found = ExperimentError([error_from_dict(one) for one in data["problems"]], data["noun"])

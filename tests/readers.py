@@ -731,7 +731,14 @@ WIRE = {
         JSON,
     ),
     "a snapshot": Reader(
-        written("line", write_snapshot(SNAPSHOT)), read_snapshots, JSON, (ValueError,)
+        written("line", write_snapshot(SNAPSHOT)),
+        read_snapshots,
+        JSON,
+        (ValueError,),
+        found=(
+            b"[" * 3000,
+            b'{"error": {"what": 1, "where": "", "key": "", "allowed": "", "remedy": ""}}',
+        ),
     ),
     "keys from a browser": message("stdin", "é\x1b"),
     "a size from a browser": message("resize", {"width": 80, "height": 24}),

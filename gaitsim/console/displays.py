@@ -33,6 +33,8 @@ RESTING = {
     "queued": "Queued: starts when an earlier run ends.",
     "paused": "Paused.",
 }
+LONG = 2.0  # seconds from which a generation shows how much of it is scored
+LINE_EVERY = 10.0  # seconds between lines about one generation in a log
 STOPPING = "Stopping after this generation; press Ctrl-C again to stop at once."
 
 CURVES = {"best": "green", "mean": "cyan", "diversity": "magenta"}
@@ -74,6 +76,9 @@ class Display:
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Show the state of the run and its newly finished generations."""
+
+    def scored(self, share: float) -> None:
+        """Show the share of the next generation that is scored; callable from any thread."""
 
     def warn(self, text: str) -> None:
         """Show a lasting message."""
@@ -121,6 +126,7 @@ class LiveView(Display):
         self._ends = deque([(clock(), self._done, known.evaluations)], maxlen=1000)
         self._begun = clock()
         self._stopping = False
+        self._share = 0.0
         self._since = clock()  # start of the current state
         self._ended = False
         self._console = console or output()
@@ -151,12 +157,17 @@ class LiveView(Display):
         for one in rows:
             for name, values in self._values.items():
                 values.append(one[name])
+        self._share = snapshot.scored
         if rows:
             self._row = rows[-1]
             self._ends.append((self._clock(), snapshot.generation, snapshot.evaluations))
         if snapshot.state != self._snapshot.state:
             self._since = self._clock()
         self._snapshot = snapshot  # set last, as another thread draws the screen
+
+    def scored(self, share: float) -> None:
+        """Store the share, which is shown if the generation takes a while."""
+        self._share = share
 
     def warn(self, text: str) -> None:
         """Print a message above the view."""
@@ -187,8 +198,8 @@ class LiveView(Display):
                 rows = (options.height or console.height) - HEIGHT_ABOVE_TERMS
                 rows -= bool(snapshot.islands) + bool(figures)
                 parts += ["", self._terms(snapshot, width, rows)]
-        elif self._note() and not self._ended:
-            parts.append(self._footer(snapshot))
+        elif not self._ended and (foot := self._footer(snapshot)):
+            parts.append(foot)
         yield Constrain(Group(*parts), width)
 
     def _header(self, width: int) -> Table:
@@ -247,8 +258,11 @@ class LiveView(Display):
         note = self._note()
         if note and not self._ended:
             return foot.append(note, style="not dim yellow")
+        parts = []
+        if self._share and self._clock() - self._ends[-1][0] > LONG:
+            parts = [f"generation {self._done + 1:,}: {self._share:.0%} scored"]
         _, rate = self._speed()
-        parts = [f"{rate:,.0f} evaluations/s"] if rate else []
+        parts += [f"{rate:,.0f} evaluations/s"] if rate else []
         if snapshot.champion is not None:
             parts.append(f"best of generation {snapshot.champion.generation:,}")
         if snapshot.stage > 1:
@@ -338,7 +352,7 @@ class PlainLines(Display):
     ) -> None:
         super().__init__(path, known)
         self._clock = clock
-        self._printed = -math.inf
+        self._printed, self._reported = -math.inf, clock()
         self._row: Row = {}
         echo(f"run {path}")
 
@@ -348,9 +362,17 @@ class PlainLines(Display):
         """Print a line."""
         echo(stage_line(number, first, changes))
 
+    def scored(self, share: float) -> None:
+        """Print a line about a generation that takes a while."""
+        now, known = self._clock(), self._snapshot
+        if share < 1 and now - self._reported > LINE_EVERY:
+            self._reported = now
+            echo(f"generation {known.generation + 1}/{known.generations}  {share:.0%} scored")
+
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Print a line if two seconds have passed or the run has ended."""
-        now = self._clock()
+        self._snapshot = snapshot
+        self._reported = now = self._clock()
         self._row = rows[-1] if rows else self._row
         if self._row and (snapshot.ended or now - self._printed > 2):
             self._printed, values = now, self._row

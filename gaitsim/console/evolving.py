@@ -131,7 +131,7 @@ def _prepare(writer: RunWriter, json: bool) -> Display:
     name = experiment.entries["organism"].name
     start = time.perf_counter()
     with status(f"Preparing {name}: the first run compiles its kernels …"):
-        writer.prepare()
+        writer.prepare().on_share = shown.scored
     seconds = time.perf_counter() - start
     if seconds > SLOW:
         notice(f"Prepared {name} in {seconds:.1f} s.")

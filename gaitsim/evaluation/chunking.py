@@ -11,6 +11,7 @@ whole arrays. They are measured with batches before the first generation, and in
 `latency` and `task` are the costs of the workers, measured with tasks that do nothing.
 """
 
+import math
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -32,6 +33,9 @@ because a single measurement on a busy machine may be many times too long."""
 PINGS = 32  # empty tasks, to measure the workers
 
 BATCHES = (3, 24, 192)  # sizes of the batches that are timed before the first population
+LONGEST = 5.0
+"""Seconds that a chunk should take at most, so that a long generation shows its progress."""
+
 RELIABLE = 0.05
 """Seconds from which a measurement is reliable: interruptions by other programs are shorter."""
 
@@ -133,6 +137,7 @@ def best_plan(
     individuals and slow workers.
     """
     tried = {2, *(round(workers * part) for part in (1 / 16, 1 / 8, 1 / 4, 1 / 2, 1, 2, 4, 8, 12))}
+    tried.add(math.ceil(cost_model.seconds(individuals) / LONGEST))
     numbers = sorted({min(max(number, 2), individuals) for number in tried})
     plans = [
         ChunkPlan(

@@ -207,16 +207,23 @@ class DaskExecutor(Executor):
                 with suppress(Exception):
                     done.clear()
 
-    def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
+    def map(
+        self,
+        function: Callable[[Task], Result],
+        tasks: Sequence[Task],
+        on_result: Callable[[int], object] = lambda place: None,
+    ) -> list[Result]:
         """Return the results in the order of the tasks, fetched together when all are finished."""
         distributed = _distributed()
         with self._convert_errors():
             futures = self._client.map(function, tasks, pure=False)
+            places = {future.key: place for place, future in enumerate(futures)}
             try:
                 # `gather` alone would print a traceback for each task when interrupted.
                 for future in distributed.as_completed(futures, self._client.loop):
                     if future.status != "finished":
                         future.result()  # raises
+                    on_result(places[future.key])
                 return list(self._client.gather(futures))
             except Exception:
                 with suppress(Exception):

@@ -54,6 +54,9 @@ class Evaluator:
         on_warning: called with a message for the user if a worker died, or if requested workers
             remain idle or exceed the cores.
         cluster: executor of a cluster, used for large populations; the caller closes it.
+
+    Attributes:
+        on_share: called with the share of the population that is scored, from 0 to 1.
     """
 
     def __init__(
@@ -65,6 +68,7 @@ class Evaluator:
     ) -> None:
         self.experiment = experiment
         self._on_warning = on_warning
+        self.on_share: Callable[[float], object] = lambda share: None
         threads = experiment.organism.threads
         number = workers or cores()
         if experiment.outside and not (workers or threads):
@@ -172,19 +176,42 @@ class Evaluator:
                 chunks = scheduler.chunks(len(genomes))
         if scheduler is not None and chunks > 1:
             populations = np.split(genomes, split_indices(len(genomes), chunks, self.workers))
-            results = self._map_remotely(scheduler, partial(_timed, generation), populations)
+            scored = self._scored([len(one) / len(genomes) for one in populations])
+            results = self._map_remotely(
+                scheduler, partial(_timed, generation), populations, scored
+            )
             self._compare_workers(scheduler)
             seconds = sum(seconds for seconds, _ in results)
             scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
             return join_evaluations(self.experiment, [part for _, part in results])
         start = time.perf_counter()
-        score = partial(evaluate, self.experiment, generation=generation)
+        cut = self._cut(genomes)
+        worlds = self.experiment.worlds.count or 1
+        scored = self._scored([1 / (worlds * len(cut))])
+        score = partial(
+            evaluate, self.experiment, generation=generation, on_world=lambda: scored(0)
+        )
         each = self._pool.map if self._pool else map
-        parts = list(each(score, self._cut(genomes)))
+        parts = list(each(score, cut))
         if scheduler is not None:
             seconds = time.perf_counter() - start
             scheduler.cost_model.learn(len(genomes), seconds, self._threads)
         return join_evaluations(self.experiment, parts)
+
+    def _scored(self, shares: Sequence[float]) -> Callable[[int], None]:
+        """Return a function that reports the share of a population that is scored.
+
+        Args:
+            shares: share of each part of the population, which the function adds by its index.
+        """
+        done = 0.0
+
+        def scored(place: int) -> None:
+            nonlocal done
+            done += shares[place]
+            self.on_share(min(done, 1.0))
+
+        return scored
 
     def _compare_workers(self, scheduler: Scheduler) -> None:
         """Warn, once, if a user's function scores the first genome differently in a worker."""
@@ -248,12 +275,14 @@ class Evaluator:
         scheduler: Scheduler,
         function: Callable[[Experiment, Task], Result],
         tasks: Sequence[Task],
+        on_result: Callable[[int], object] = lambda place: None,
     ) -> list[Result]:
         context = plugin_context(
             self.experiment.entries["organism"], "moving a population in worker processes"
         )
         with self._explain_lost_workers(), context:
-            return scheduler.remote.map(partial(_apply, self._serialized, function), tasks)
+            applied = partial(_apply, self._serialized, function)
+            return scheduler.remote.map(applied, tasks, on_result)
 
     @contextmanager
     def _explain_lost_workers(self) -> Iterator[None]:

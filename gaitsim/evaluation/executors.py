@@ -50,9 +50,23 @@ class Executor(ABC):
         Exceptions of the function are raised here. Closing the iterator drops the remaining tasks.
         """
 
-    def map(self, function: Callable[[Task], Result], tasks: Sequence[Task]) -> list[Result]:
-        """Return the results of all tasks, in the order of the tasks."""
-        results = dict(self.each(function, tasks))
+    def map(
+        self,
+        function: Callable[[Task], Result],
+        tasks: Sequence[Task],
+        on_result: Callable[[int], object] = lambda place: None,
+    ) -> list[Result]:
+        """Return the results of all tasks, in the order of the tasks.
+
+        Args:
+            function: function of a task.
+            tasks: the tasks.
+            on_result: called with the index of each task as it finishes.
+        """
+        results = {}
+        for place, result in self.each(function, tasks):
+            results[place] = result
+            on_result(place)
         return [results[place] for place in range(len(tasks))]
 
     def check(self, experiments: Iterable[Experiment]) -> None:  # noqa: B027 - optional

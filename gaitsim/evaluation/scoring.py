@@ -54,7 +54,12 @@ Evaluate = Callable[[Genomes, int], Evaluation]
 """A function that scores genomes, (population, genes), in the worlds of a generation."""
 
 
-def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> Evaluation:
+def evaluate(
+    experiment: Experiment,
+    genomes: Genomes,
+    generation: int = 1,
+    on_world: Callable[[], object] = lambda: None,
+) -> Evaluation:
     """Move and score genomes, (population, genes), in the worlds of the experiment.
 
     An individual that violates a constraint fails.
@@ -63,11 +68,17 @@ def evaluate(experiment: Experiment, genomes: Genomes, generation: int = 1) -> E
         experiment: experiment with the body, the fitness and the worlds.
         genomes: genomes, which are not changed.
         generation: number of the generation, counted from 1, in whose worlds they move.
+        on_world: called after each world.
     """
     if not experiment.worlds.count:
-        return constrain(experiment, _evaluate(experiment, genomes))
+        evaluation = _evaluate(experiment, genomes)
+        on_world()
+        return constrain(experiment, evaluation)
     worlds = draw_worlds(experiment, generation)
-    each = [_evaluate(in_world(experiment, world), genomes) for world in worlds]
+    each = []
+    for world in worlds:
+        each.append(_evaluate(in_world(experiment, world), genomes))
+        on_world()
     return constrain(experiment, combine_worlds(experiment, worlds, each))
 
 

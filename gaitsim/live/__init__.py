@@ -25,7 +25,7 @@ SIGTERM and the end of standard input act as `stop`. SIGINT is ignored, because 
 terminal is meant for the program in the foreground. Lines that are not commands are ignored.
 
 A snapshot is written after each change, at most twenty times a second. Its keys are as follows;
-those after `generations_per_second` appear only if they have changed:
+those after `scored` appear only if they have changed:
 
     state         preparing, running or paused; with `--listen` also queued, while one run per
                   core is evolving; at the end finished, stopped or failed
@@ -37,6 +37,7 @@ those after `generations_per_second` appear only if they have changed:
     scored_from   first generation whose scores are comparable with the current ones
     evaluations   number of individuals evaluated so far
     evaluations_per_second, generations_per_second  current speed; 0 while the search is idle
+    scored        share of the next generation that is scored, from 0 to 1; 0 in quick generations
     rows          history of the generations since the last snapshot: {column: [numbers]}; for a
                   slow reader the oldest rows are omitted; the run's folder holds all
     top           best individuals of the last generation, best first:

@@ -212,7 +212,7 @@ def _evolve(writer: RunWriter, commands: CommandQueue, reporter: Reporter) -> st
     if writer.done:
         reporter.evolution_starts(writer.last, _champion(writer))
         return writer.done
-    writer.prepare()
+    writer.prepare().on_share = reporter.scored
     writer.reevaluate()
     reporter.evolution_starts(writer.last, _champion(writer))
     generations = writer.evolve()

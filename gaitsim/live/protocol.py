@@ -110,6 +110,7 @@ class Snapshot:
     evaluations: int = 0
     evaluations_per_second: float = 0.0
     generations_per_second: float = 0.0
+    scored: float = 0.0
     rows: Rows = field(default_factory=dict)
     top: tuple[RankedIndividual, ...] = ()
     islands: tuple[float, ...] = ()
@@ -228,7 +229,7 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
                 "error": error_from_dict(data["error"]) if "error" in data else None,
             },
         )
-    except (KeyError, TypeError, AttributeError) as error:
+    except (KeyError, TypeError, AttributeError, RecursionError) as error:
         raise ValueError(f"not a snapshot: {error}") from error
 
 

@@ -54,6 +54,7 @@ class Reporter:
         self._write, self._on_disconnect, self._period = write, on_disconnect, period
         self._on_state = on_state
         self._speed = Speed(RECENT, clock)
+        self._clock, self._begun = clock, clock()  # the time at which the generation began
         self._lock = threading.Lock()
         self._values: dict[str, Any] = {
             "state": "preparing",
@@ -63,6 +64,7 @@ class Reporter:
             "stage": 1,
             "scored_from": 1,
             "evaluations": 0,
+            "scored": 0.0,
         }
         self._news: dict[str, Any] = {}
         self._known: dict[str, Any] = {**self._values, **self._speed.per_second()}
@@ -102,7 +104,7 @@ class Reporter:
     def evolution_starts(self, generation: Generation | None, champion: Best | None) -> None:
         """Report the last generation and the champion, before evolution continues."""
         with self._lock:
-            self._latest = generation
+            self._latest, self._begun = generation, self._clock()
             if champion is not None:
                 self._news["champion"] = champion
         self._wake.set()
@@ -113,6 +115,7 @@ class Reporter:
         improved = progress.stagnation == 0 and math.isfinite(progress.best_score)
         values = row(generation)
         with self._lock:
+            self._begun, self._values["scored"] = self._clock(), 0.0
             self._values["generation"] = number
             self._values["stage"] = progress.stage
             if self._worlds.redrawn(number):
@@ -129,6 +132,13 @@ class Reporter:
         if generation.is_champion:
             self.event(number, "kept", kept_file(CHAMPIONS, number))
         self._wake.set()
+
+    def scored(self, share: float) -> None:
+        """Report the share of the next generation that is scored, if the generation is long."""
+        if self._clock() - self._begun > RECENT:
+            with self._lock:
+                self._values["scored"] = share
+            self._wake.set()
 
     def event(self, generation: int, kind: EventKind, text: str) -> None:
         """Report an event."""

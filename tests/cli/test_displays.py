@@ -116,6 +116,21 @@ class TestPlainLines:
             "generation 12/12  best 1.0000  mean 0.9905  diversity 0.250",
         ]
 
+    def test_a_long_generation_prints_its_progress_every_ten_seconds(
+        self, capsys: pytest.CaptureFixture[str], clock: Clock
+    ) -> None:
+        with PlainLines(*known(12), clock) as lines:
+            for step in range(1, 11):
+                clock.now += 4
+                lines.scored(step / 10)
+            update(lines, generation(1), 12)
+        assert capsys.readouterr().out.splitlines()[1:] == [
+            "generation 1/12  30% scored",
+            "generation 1/12  60% scored",
+            "generation 1/12  90% scored",
+            "generation 1/12  best 1.0000  mean 0.9905  diversity 0.250",
+        ]
+
     def test_stopping_is_reported_on_standard_error(
         self, capsys: pytest.CaptureFixture[str]
     ) -> None:
@@ -139,6 +154,17 @@ def test_the_best_of_each_island_is_reported(capsys: pytest.CaptureFixture[str])
 
 
 class TestLiveView:
+    def test_a_long_generation_shows_its_progress(self, clock: Clock) -> None:
+        view = LiveView(*known(), Console(file=io.StringIO()), clock)
+        view.scored(0.1)
+        assert len(drawn(view)) == 1
+        clock.now += 36_000.0
+        view.scored(0.25)
+        assert drawn(view)[1] == "generation 1: 25% scored"
+        update(view, generation(1))
+        assert "scored" not in "\n".join(drawn(view))
+        assert drawn(view)[0].endswith(" 1/300 124 days, 14:00:00 left")
+
     def test_shows_progress_curves_and_terms(self, clock: Clock) -> None:
         lines = drawn(view_at_work(clock, CLASSIC))
         assert lines[0].startswith("spider ━")

@@ -4,6 +4,7 @@ from in_turn import InTurn
 
 from gaitsim.evaluation.chunking import (
     GAIN,
+    LONGEST,
     STARTUP,
     CostModel,
     Overhead,
@@ -108,6 +109,13 @@ def test_workers_get_a_population_only_if_they_are_faster(first, more, overhead,
         assert best_plan(100, 2, cost_model(first, more), overhead).seconds < GAIN * (
             first + 99 * more
         )
+
+
+def test_chunks_of_a_long_generation_take_seconds():
+    plan = best_plan(1000, 2, cost_model(5.0, 5.0), Overhead(0.01, 0.001))  # 83 minutes
+    assert 1000 / plan.chunks * 5.0 <= LONGEST
+    whole_arrays = best_plan(1000, 2, cost_model(60.0, 0.01), Overhead(0.01, 0.001))
+    assert whole_arrays.chunks == 2  # more would repeat the minute
 
 
 def test_a_single_individual_is_not_cut():

@@ -44,7 +44,7 @@ def test_no_chunk_is_empty_and_none_outgrows_the_cache(puppet, puppets, monkeypa
     monkeypatch.setattr(puppets.Puppet, "threads", True)
     sizes = []
 
-    def evaluated(experiment, genomes, generation):
+    def evaluated(experiment, genomes, **_):
         sizes.append(len(genomes))
         return evaluate(experiment, genomes)
 
@@ -96,10 +96,10 @@ def chunks(monkeypatch):
     """Evaluates a population of puppets; returns how many chunks workers got, 1 for none."""
     counts, map_ = [], Executor.map
 
-    def counted(executor, function, tasks):
+    def counted(executor, function, tasks, *more):
         if isinstance(tasks, list):
             counts.append(len(tasks))
-        return map_(executor, function, tasks)
+        return map_(executor, function, tasks, *more)
 
     def evaluated(evaluator):
         counts.clear()
@@ -257,6 +257,18 @@ def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, insta
             evaluator.evaluate(np.zeros((4, 3)))
         assert "died 3 times" in str(error.value)
         assert told
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_the_share_of_a_population_that_is_scored_is_reported(puppet, installed, shared, workers):
+    experiment = puppet("organism.plugin=windy-puppet", "worlds.number=4")
+    found = []
+    with Evaluator(experiment, workers) as evaluator:
+        evaluator.on_share = found.append
+        evaluator.evaluate(np.zeros((9, 3)))
+    assert found == sorted(found)
+    assert len(found) == (4 if workers == 1 else 3)  # worlds in this process, chunks in others
+    assert found[-1] == pytest.approx(1.0)
 
 
 def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatch):

@@ -271,6 +271,8 @@ def status_line(snapshot: Snapshot, state: str, width: int, styles: Styles) -> T
     if snapshot.evaluations_per_second > 0:
         speed = f"{snapshot.evaluations_per_second:,.0f}"
         rest.append(f"  {speed} evaluation{'s' * (speed != '1')}/s")
+    if snapshot.scored > 0 and not snapshot.ended:
+        rest.append(f"  {snapshot.scored:.0%} of the next scored")
     left = snapshot.seconds_left
     if left is not None and not snapshot.ended:
         rest.append(f"  {duration(left)} left")
