@@ -154,7 +154,7 @@ for preset in sys.argv[1:]:
 
 def pytest_xdist_setupnodes():
     """Compile kernels once, before each worker would compile them for itself."""
-    presets = (("fly", "fly-steer"), ("spider", "spider-recurrence"))
+    presets = (("fly", "fly-steer"), ("spider", "spider-recurrence", "hexapod-steady"))
     compilers = [subprocess.Popen([sys.executable, "-c", COMPILE, *names]) for names in presets]
     for compiler in compilers:
         compiler.wait()

@@ -225,6 +225,7 @@ def test_a_gait_is_played_in_a_second_engine(gaitsim, spider):
     assert "The same gait in the engine bullet" in shown
 
 
+@pytest.mark.slow
 def test_a_robot_with_reflexes_is_compared_with_its_blind_self(gaitsim, monkeypatch):
     monkeypatch.setattr(feedback, "WORLDS", feedback.WORLDS[:1])
     short = ("--set", "organism.duration=1", "--set", "organism.reflexes={heading={}}")

@@ -9,6 +9,7 @@ from gaitsim.testing.rules.steering import check_steering
 from gaitsim_robot.organism import Robot
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["fly-steer-hover", "hexapod"])
 def test_bundled_bodies_conform(name):
     assert not [*check_steering(load_experiment(name).organism)]

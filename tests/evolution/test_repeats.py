@@ -76,7 +76,7 @@ def test_best_scores_never_fall() -> None:
 def test_a_part_of_independent_repeats_has_the_same_scores() -> None:
     """Whatever else is evolved with it, also in redrawn worlds."""
     for worlds in ("worlds.number=0", "worlds.number=2"):
-        one = small("walker-cma", "evolution.population=5", "organism.duration=1", worlds,
+        one = small("walker-cma", "evolution.population=5", "organism.duration=0.5", worlds,
                     "worlds.redraw=2")  # fmt: skip
         assert not one.search.several
         whole = list(evolve_repeats(one, partial(evaluate, one), 5))

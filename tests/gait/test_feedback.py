@@ -99,6 +99,7 @@ def test_a_fall_ends_the_course_and_a_backward_gait_keeps_nothing():
     assert feedback_results(results).rows[0][2] == "–"
 
 
+@pytest.mark.slow
 def test_a_robot_with_reflexes_is_also_checked_with_inexact_horns():
     assert {"joint_offset": 2.0} in trot(FEELING).experiment.organism.checks()
     assert {"joint_offset": 2.0} not in trot(BLIND).experiment.organism.checks()

@@ -32,6 +32,7 @@ def test_a_champion_walks_on_the_twin_as_far_as_its_joint_angles(champion):
     assert twin.replayed_score == twin.score
 
 
+@pytest.mark.slow
 def test_a_champion_turns_as_told(champion):
     twin, about = rhythm_on_twin(champion)
     drive = Drive(twin.experiment, {"gait": twin.genome}, about)
@@ -46,6 +47,7 @@ def test_a_champion_turns_as_told(champion):
     assert drive.turned - turned == pytest.approx(3 * told, rel=0.25)
 
 
+@pytest.mark.slow
 def test_a_champion_is_driven_in_python(champion):
     found = driven(champion, [{"speed": 0.2}, {"at": 2.0, "turn": 20.0}])
     assert found.experiment.organism.model == "spider-physics"

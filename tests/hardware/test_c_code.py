@@ -35,12 +35,14 @@ def test_c_computes_the_same_angles_for_ten_minutes(tmp_path, preset, reflexes, 
     assert largest_difference(organism, genome, tmp_path, 30_000) < TOLERANCE
 
 
+@pytest.mark.slow
 def test_float_is_precise_enough_for_servos(tmp_path):
     organism, genome = robot("hexapod", tuple(ALL))
     flags = ("-DGAIT_REAL=float", "-Wno-conversion")
     assert largest_difference(organism, genome, tmp_path, 1000, *flags) < 1e-5
 
 
+@pytest.mark.slow
 def test_a_robot_walks_the_same_with_c_in_the_loop(tmp_path, monkeypatch):
     told = {
         "duration": 10.0,

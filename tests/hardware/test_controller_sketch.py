@@ -103,6 +103,7 @@ def test_the_sketch_stands_up_calibrates_and_obeys(tmp_path, hexapod):
     assert np.ptp(expected, axis=0).max() > 0.2
 
 
+@pytest.mark.slow
 def test_the_gyroscope_is_integrated_without_its_bias(tmp_path, hexapod):
     _, straight = play(tmp_path, *hexapod, 10, 0.5, "g", 5, "s 0.2")
     times, turned = play(tmp_path, *hexapod, 10, 0.5, "g", 5, "s 0.2", 6, "!turn 0.1", 9, "!turn 0")
@@ -129,6 +130,7 @@ def test_the_robot_stops(tmp_path, hexapod, event):
             assert np.ptp(angles[(times > 13) & (times < 15)], axis=0).max() > 0.2
 
 
+@pytest.mark.slow
 def test_a_gait_without_reflexes_needs_no_sensor(tmp_path):
     told = (0, "!fail", 0.5, "g", 5, "s 0.2", 8, "0")
     organism, genome = robot("hexapod", ())

@@ -112,6 +112,7 @@ def joint_states(angle):
     return f"joints {' '.join(f'{name} {angle}' for name in names)}"
 
 
+@pytest.mark.slow
 def test_the_node_rises_from_the_reported_pose_and_follows_commands(play):
     assert not len(play("step", "step"))  # it does not know where the joints are
     drive = ["twist 0.2 0 0.3", STILL, "step"] * 200

@@ -37,6 +37,7 @@ def test_a_check_shows_what_was_found(gaitsim, robot, tmp_path):
     assert robot.read_bytes() == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["", "<mujoco/>", "<robot name='r'><link name='a'/></robot>"])
 def test_invalid_robots_are_reported_with_their_file(gaitsim, robot, text):
     robot.write_text(text)

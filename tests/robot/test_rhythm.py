@@ -110,6 +110,7 @@ def test_standing_returns_to_the_standing_pose():
     np.testing.assert_allclose(angles[0], rhythm.standing, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_height_and_reach_move_the_feet():
     body = robot("quadruped")
     rhythm = body._encoding.rhythm(start(body))

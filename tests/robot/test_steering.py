@@ -151,6 +151,7 @@ def test_wrong_commands_genomes_and_engines_are_refused():
         steered.advance(30_001)
 
 
+@pytest.mark.slow
 def test_a_recorded_drive_is_repeated_in_python_bit_for_bit():
     experiment = load_experiment("hexapod", {"organism.world": {"unevenness": 0.004}})
     genome = next(iter(experiment.organism.starts().values()))

@@ -188,6 +188,7 @@ def test_single_joints_that_turn_often_are_not_degrees(tmp_path):
     assert read(path)[2] == ""
 
 
+@pytest.mark.slow
 def test_options_can_be_tried_in_a_check(gaitsim, write, tmp_path):
     write(length=1e3)
     check = "robots", "check", "dog.urdf"

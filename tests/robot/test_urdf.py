@@ -46,6 +46,7 @@ def mass_matrix(robot, pose):
     return matrix - np.diag(model.dof_armature)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["quadruped", "hexapod", "spider-physics"])
 def test_masses_and_inertias_are_the_same(tmp_path, name):
     robot = Robot(model=name)

@@ -35,6 +35,12 @@ DEAF = f"{ECHO}\n__import__('time').sleep(1000)"  # neither a message nor a clos
 LOUD = ECHO.replace("    write(data)", "    [write(bytes(100_000)) for _ in range(100)]")
 
 
+@pytest.fixture(autouse=True)
+def prompt(monkeypatch):
+    """Refuse wrong tokens at once."""
+    monkeypatch.setattr(server, "SLOWED", 0.0)
+
+
 @pytest.fixture
 def free_port():
     """Return a free port."""

@@ -80,6 +80,7 @@ def directory(path):
 ATTACKS = (pipe, link, link_to_nothing, link_to_a_folder, endless, huge, directory)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("attack", ATTACKS)
 def test_attacks_on_each_file_of_a_study(attack, folder, gaitsim):
     whole = folder.parent / "whole"

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from textual import _wait, constants
+from textual._compositor import Compositor
 from textual.css.stylesheet import Stylesheet
 from waiting import app_until
 
@@ -30,6 +31,19 @@ def _parse_once(sheet, *arguments, **options):
 
 
 Stylesheet._parse_rules = _parse_once
+
+# Without a terminal, Textual draws each change, a fifth of the time of a test, and discards it.
+_draw = Compositor.render_update
+
+
+def _draw_if_wanted(compositor, full=False, **options):
+    if full:
+        return _draw(compositor, full, **options)
+    compositor._dirty_regions.clear()
+    return None
+
+
+Compositor.render_update = _draw_if_wanted
 
 
 class RecordingApp(GaitsimApp):

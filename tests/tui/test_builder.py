@@ -68,6 +68,7 @@ class TestValidate:
         broken = replace(SPIDER, reference=str(file), text=SPIDER.text.replace("elites", "elite"))
         assert set(validate(ExperimentBuilder(broken), catalogue).problems) == {"search.elite"}
 
+    @pytest.mark.slow
     def test_a_robot_is_read_again_when_its_scale_changes(self, catalogue, tmp_path):
         model = files("gaitsim_robot") / "models" / "quadruped.xml"
         file = tmp_path / "robot.xml"

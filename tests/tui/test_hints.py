@@ -26,6 +26,7 @@ def test_every_hint_is_of_an_action():
     assert {*HINTED} <= {*NAMED}
 
 
+@pytest.mark.slow
 async def test_a_hint_leaves_once_its_key_was_used(walk, drive, config):
     walk()
     async with drive(config=config()) as driver:

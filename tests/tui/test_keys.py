@@ -162,6 +162,7 @@ async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
             await driver.until(lambda: text_of(opened) == MANY)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("opening", "dialog"),
     [

@@ -159,6 +159,7 @@ def test_plugins(look, size, only_puppets):
     assert look(size, go)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("size", SIZES)
 def test_export(look, size, monkeypatch):
     missing = {all_forms()[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}

@@ -13,6 +13,12 @@ from gaitsim.tui.screens.presets import Card, draw_body
 SIZES = [(80, 24), (160, 48)]
 
 
+@pytest.fixture(autouse=True)
+def quick_pictures(monkeypatch):
+    """Draw all bodies alike; other tests draw the real ones."""
+    monkeypatch.setattr("gaitsim.tui.screens.presets._pictures", lambda name: ("⣿⣿", "⣿⣿⣿"))
+
+
 async def shown(driver):
     await driver.press("n")
     screen = await driver.at("Presets")
@@ -58,6 +64,7 @@ async def test_the_preset_with_exactly_the_typed_name_is_chosen(here, drive):
         await driver.until(lambda: screen._card.preset.name == "spider")
 
 
+@pytest.mark.slow
 async def test_arrows_reach_every_card(here, drive):
     async with drive() as driver:
         screen = await shown(driver)

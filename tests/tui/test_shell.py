@@ -159,6 +159,7 @@ class TestHelp:
             await self.select(driver, action)
             await driver.at(screen)
 
+    @pytest.mark.slow
     async def test_every_action_acts_or_says_why_not(self, walk, drive):
         walk()
         async with drive() as driver:
