@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from gaitsim import evolution
-from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
+from gaitsim.adaptation.adaptation import Adaptation, measured_scale, open_adaptation
 from gaitsim.adaptation.report import AdaptationReport, make_report
 from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import MeasureGait
@@ -700,12 +700,15 @@ class Run(ReprMixin):
 
     def adapt(
         self,
-        damage: Sequence[str] = (),
+        damage: Sequence[str] | None = None,
         *,
         physics: bool = False,
-        robot: MeasureGait | None = None,
+        visible: bool = False,
+        robot: MeasureGait | bool | None = None,
+        scale: float | str | None = None,
         measure: str | None = None,
         trials: int | None = None,
+        refine: int | None = None,
         kappa: float | None = None,
         length_scale: float | None = None,
         noise: float | None = None,
@@ -717,15 +720,20 @@ class Run(ReprMixin):
         """Return an adaptation, an iterator that performs the same trials as `gaitsim adapt`.
 
         Args:
-            damage: damaged legs and joints of the simulated body, such as 'L2 lost'.
+            damage: damaged legs and joints, such as 'L2 lost', of the simulated body; for a robot,
+                the damage that you see, which improves the predictions.
             physics: whether the trials take place on the body's twin, its version in rigid-body
                 physics.
-            robot: function that plays an individual on your robot and returns its performance.
-                Without `robot`, damage or physics, you record each trial with `record()`.
+            visible: whether the damage to the twin also serves the predictions.
+            robot: function that plays an individual on your robot and returns its performance. With
+                True, or without `robot`, damage and physics, you record each trial with `record()`.
+            scale: performance of the intact robot as a share of that in simulation, or the name of
+                trials on the intact robot; None estimates it from the trials.
             measure: name of the performance measure, where more is better; None for the measure in
                 the file, or 'forward'.
-            trials: maximum number of trials. For this and the next four arguments, None keeps the
-                value in the file, or the default of `gaitsim.adaptation.Settings`.
+            trials: maximum number of trials. For this and the next five arguments, None keeps the
+                value in the file, or the default of `AdaptationSettings`.
+            refine: number of small changes of the best gait to try after the gaits of the atlas.
             kappa: weight of the uncertainty in the choice of a trial.
             length_scale: distance over which a trial affects the expected performance of other
                 gaits, relative to the ranges of the axes.
@@ -740,12 +748,16 @@ class Run(ReprMixin):
 
         Raises:
             GaitsimError: the body does not support the damage, a setting is invalid, the body does
-                not have the measure, or `robot` is combined with damage or physics.
+                not have the measure, or `robot` is combined with physics.
             RunError: the run is not an atlas, or the file is damaged or belongs to a different
                 adaptation.
         """
+        if isinstance(scale, str):
+            scale = measured_scale(self.snapshot, scale)
         given = {
             "trials": trials,
+            "refine": refine,
+            "scale": scale,
             "kappa": kappa,
             "length_scale": length_scale,
             "noise": noise,
@@ -754,8 +766,9 @@ class Run(ReprMixin):
         return open_adaptation(
             self.snapshot,
             damage,
-            place="physics" if physics else "simulation" if damage else "robot",
-            robot=robot,
+            place="physics" if physics else "robot" if robot or not damage else "simulation",
+            robot=robot if callable(robot) else None,
+            known=visible,
             measure=measure,
             settings={key: value for key, value in given.items() if value is not None},
             record=name is not None,

@@ -2,34 +2,35 @@
 
 from __future__ import annotations
 
-import math
+import re
 import sys
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ConfigDict
 
-from gaitsim.actions.action import JSON, WORKERS, Action, argument
+from gaitsim.actions.action import JSON, WORKERS, Action, argument, not_combinable
 from gaitsim.adaptation.settings import MOST_TRIALS, AdaptationSettings
 from gaitsim.choices import DAMAGE_HELP, GaitFormat
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.printing import echo, notice, output, report_files
 from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
+from gaitsim.contracts.product import Names, Pair
 from gaitsim.errors import GaitsimError
-from gaitsim.storage.files.folder import command, exports_folder
+from gaitsim.storage.files.folder import command
 
 if TYPE_CHECKING:
     from gaitsim.adaptation.adaptation import Adaptation, Place
+    from gaitsim.adaptation.trials import Proposal
     from gaitsim.console.adaptation_view import AdaptationView
     from gaitsim.storage.snapshot import RunSnapshot
 
 TRIALS = "How trials are chosen"  # panels of the help
 ROBOT = "Trials on a real robot"
 LOSSES = "Report on every leg loss"
+CHANGES = "measured", "correct", "repeat", "undo"  # options that change the results of a robot
 DEFAULT = AdaptationSettings()
-SETTINGS = "trials", "stop", "kappa", "length_scale", "noise"
+SETTINGS = "trials", "stop", "refine", "kappa", "length_scale", "noise"
 
 
 class Adapt(Action):
@@ -37,8 +38,8 @@ class Adapt(Action):
 
     An atlas holds the best gait for each way of using the legs; see 'gaitsim atlas'. A Gaussian
     process predicts how each of these gaits performs on the damaged body, and the most promising
-    gait is tried next. Without --damage and --physics, the command proposes gaits to try on your
-    robot. Repeat the command to continue an adaptation.
+    gait is tried next. --refine then changes the best gait in small steps. Without --damage and
+    --physics, the command proposes gaits to try on your robot. Repeat the command to continue.
 
     [bold]Examples[/bold]
 
@@ -46,11 +47,15 @@ class Adapt(Action):
 
     gaitsim adapt spider-atlas --damage "R1 femur stuck 20" --physics
 
-    gaitsim adapt spider-atlas --interactive
+    gaitsim adapt spider-atlas --damage "L2 lost" --refine 20
+
+    gaitsim adapt spider-atlas --interactive --damage "L2 lost" --unit cm
 
     gaitsim adapt spider-atlas --name leg-gone
 
-    gaitsim adapt spider-atlas --name leg-gone --measured 1.3
+    gaitsim adapt spider-atlas --name leg-gone --measured 62cm
+
+    gaitsim adapt spider-atlas --name leg-gone --correct 1 0.58
 
     gaitsim adapt spider-atlas --report losses --pairs --physics
     """
@@ -61,6 +66,12 @@ class Adapt(Action):
         "run that holds the atlas: a run of map-elites, by name or folder", "ATLAS"
     )
     damage: Names | None = option(None, f"simulate {DAMAGE_HELP}", placeholder="TEXT")
+    robot: bool = option(
+        False,
+        "run the trials on a real robot; --damage is then the damage that you see, which improves "
+        "the predictions. Implied by the options of this group, and without --damage",
+        panel=ROBOT,
+    )
     physics: bool = option(
         False, "run the trials on the body's twin, which is its version in rigid-body physics"
     )
@@ -82,6 +93,19 @@ class Adapt(Action):
         None,
         "stop once the best trial reaches this share of the best value predicted for any gait",
         unset=f"{DEFAULT.stop}",
+        panel=TRIALS,
+    )
+    refine: int | None = option(
+        None,
+        "number of small changes of the best gait to try after the gaits of the atlas",
+        unset="0",
+        ge=0,
+        le=MOST_TRIALS,
+        panel=TRIALS,
+    )
+    visible: bool = option(
+        False,
+        "with --physics: predict from the damaged kinematic body, too, as if you saw the damage",
         panel=TRIALS,
     )
     kappa: float | None = option(
@@ -111,11 +135,49 @@ class Adapt(Action):
     measured: str | None = option(
         None,
         "record the measured result of the proposed gait and propose the next gait, for use in "
-        "scripts",
-        placeholder="NUMBER",
+        "scripts: '62cm', '0,62', 'fell 0.3', 'could not play', or several attempts",
+        placeholder="RESULT",
         panel=ROBOT,
     )
-    format: GaitFormat = option("mat", "format of the gait files", panel=ROBOT)
+    correct: Pair | None = option(
+        None, "replace the result of trial N", placeholder="N RESULT", panel=ROBOT
+    )
+    repeat: Pair | None = option(
+        None, "add another attempt at the gait of trial N", placeholder="N RESULT", panel=ROBOT
+    )
+    undo: bool = option(
+        False, "remove the last result, correction or repeated attempt", panel=ROBOT
+    )
+    sure: bool = option(
+        False, "accept results above twice the best expected performance", panel=ROBOT
+    )
+    scale: str | None = option(
+        None,
+        "performance of the intact robot as a share of that in simulation, or the --name of trials "
+        "on the intact robot that measured it",
+        unset="estimated from the trials",
+        placeholder="NUMBER|NAME",
+        panel=ROBOT,
+    )
+    unit: str | None = option(
+        None,
+        "unit of results without a unit, such as cm",
+        unset="the unit of the measure, or s with --course",
+        placeholder="UNIT",
+        panel=ROBOT,
+    )
+    course: float | None = option(
+        None,
+        "results are times for this distance; shorter is better",
+        unit="m",
+        gt=0,
+        le=1e6,
+        placeholder="METRES",
+        panel=ROBOT,
+    )
+    format: GaitFormat | None = option(
+        None, "format of the gait files", unset="that of the earlier files, or mat", panel=ROBOT
+    )
     name: str | None = option(
         None,
         "name of the adaptation",
@@ -141,7 +203,14 @@ class Adapt(Action):
     @property
     def place(self) -> Place:
         """The place of the trials."""
-        return "physics" if self.physics else "simulation" if self.damage else "robot"
+        if self.physics:
+            return "physics"
+        return "robot" if self._of_robot or not self.damage else "simulation"
+
+    @property
+    def _of_robot(self) -> list[str]:
+        """The flags of those options that apply only to trials on a robot."""
+        return self.flags_of("robot", "interactive", *CHANGES, "scale", "unit", "course", "format")
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -156,38 +225,40 @@ class Adapt(Action):
         from gaitsim.storage.snapshot import RunSnapshot
 
         self._check()
-        value = None if self.measured is None else _number(self.measured)
         if self.figure is not None:
             check_target(self.figure)
         run = RunSnapshot.find(self.atlas)
-        damage = normalise_damage(self.damage or ())
         if self.report is not None or self.pairs:
             self._report(run)
             return
-        name = self.name or default_name(self.place, damage)
-        if value is not None:
-            _check_proposed(run, name)
-        self._adapt(run, damage, name, value)
+        name = self.name or default_name(self.place, normalise_damage(self.damage or ()))
+        if self.flags_of(*CHANGES):
+            _check_proposed(run, name, self.flags_of(*CHANGES)[0])
+        self._adapt(run, name)
 
     def _check(self) -> None:
         """Check that the options do not contradict each other."""
-        wrong = ""
-        if self.place != "robot" and (self.interactive or self.measured is not None):
-            wrong = "--damage and --physics are for trials in simulation, not on a robot"
-        elif self.interactive and self.measured is not None:
-            wrong = "--measured cannot be combined with --interactive, which asks for the value"
-        elif self.interactive and self.json_lines:
-            wrong = "--interactive cannot be combined with --json"
-        if wrong:
-            option = "--interactive" if self.interactive else "--measured"
-            remedy = "pass values with --measured instead" if self.json_lines else f"omit {option}"
-            raise GaitsimError(wrong, where=option, remedy=remedy)
+        changes, flags = self.flags_of(*CHANGES), self._of_robot
+        if self.physics and flags:
+            raise not_combinable(flags[0], "--physics", "--physics for trials in simulation")
+        if self.visible and not (self.physics and self.damage):
+            raise GaitsimError(
+                "--visible needs --physics and --damage",
+                where="--visible",
+                remedy="omit it; --damage of a robot is always visible",
+            )
+        if len(changes) > 1 or (changes and self.interactive):
+            raise not_combinable(changes[0], "--interactive" if self.interactive else changes[1])
+        if self.interactive and self.json_lines:
+            raise not_combinable(
+                "--interactive", "--json", "--json with results passed with --measured"
+            )
 
     def _report(self, run: RunSnapshot) -> None:
         from gaitsim.adaptation.prior import DEFAULT_MEASURE
         from gaitsim.console.adaptation_view import write_report
 
-        others = (self.damage, self.interactive, self.measured, self.name, self.fresh, self.figure)
+        others = (self.damage, self._of_robot, self.name, self.fresh, self.figure, self.visible)
         write_report(
             run,
             self.report,
@@ -199,10 +270,8 @@ class Adapt(Action):
             workers=self.workers,
         )
 
-    def _adapt(
-        self, run: RunSnapshot, damage: Sequence[str], name: str, value: float | None
-    ) -> None:
-        """Run the trials, or record the measured value and propose the next gait."""
+    def _adapt(self, run: RunSnapshot, name: str) -> None:
+        """Run the trials, or change the results of a robot and propose the next gait."""
         from gaitsim.console.adaptation_view import AdaptationView
         from gaitsim.console.interrupts import interruptible
         from gaitsim.legged.damage import damage_options
@@ -210,30 +279,28 @@ class Adapt(Action):
         from gaitsim.render.plots.style import save
 
         words = [
-            *damage_options(damage),
-            *["--physics"] * self.physics,
-            *["--interactive"] * self.interactive,
+            *damage_options(self.damage or ()),
+            *self.flags_of("physics", "visible", "robot", "interactive"),
             *(["--name", self.name] if self.name else []),
         ]
         try:
             with interruptible():
-                adaptation = self._open(run, damage, name)
+                adaptation = self._open(run, name)
                 view = AdaptationView(adaptation, self.json_lines)
                 if self.place != "robot":
                     view.print_all(adaptation)
                 elif self.interactive:
-                    _ask(adaptation, view, name, self.format)
-                elif value is not None:
-                    view.print_trial(adaptation.record(value))
-                if self.place == "robot" and not self.interactive and adaptation.proposal:
-                    view.print_proposal(
-                        adaptation.proposal, _gait_file(adaptation, name, self.format)
-                    )
-                    if not self.json_lines:
-                        record = command("adapt", run.path, "--name", name, "--measured")
-                        output().print(f"  {record} NUMBER  # the measured value", style="dim")
+                    _ask(adaptation, view, name)
+                else:
+                    self._change(adaptation, view, name)
                 if adaptation.proposal is None:
-                    view.print_result()
+                    best = adaptation.best
+                    file = (
+                        _gait_file(adaptation, best, f"{name}-best")
+                        if best and best.genome
+                        else None
+                    )
+                    view.print_result(file)
                 if self.figure is not None:
                     save(adaptation_figure(adaptation), self.figure)
                     view.print_figure(self.figure)
@@ -244,20 +311,52 @@ class Adapt(Action):
             notice(f"Stopped; all trials are saved. To continue: {again}")
             sys.exit(INTERRUPTED)
 
-    def _open(self, run: RunSnapshot, damage: Sequence[str], name: str) -> Adaptation:
-        from gaitsim.adaptation.adaptation import open_adaptation
+    def _change(self, adaptation: Adaptation, view: AdaptationView, name: str) -> None:
+        """Record, correct, repeat or undo a result, and propose the next gait."""
+        text = "undo" if self.undo else self.measured
+        for word, given in (("correct", self.correct), ("repeat", self.repeat)):
+            text = f"{word} {' '.join(given)}" if given else text
+        if text is not None:
+            reply = adaptation.understand(text)
+            if (doubt := adaptation.doubt(reply.answer)) and not self.sure:
+                raise GaitsimError(
+                    f"{text!r:.60} is probably a mistake: {doubt}",
+                    where=self.flags_of(*CHANGES)[0],
+                    remedy="give the unit, such as 62cm, or add --sure",
+                )
+            view.print_done(adaptation.carry_out(reply))
+        elif not self.json_lines:
+            view.print_earlier()
+        if proposal := adaptation.proposal:
+            file = _gait_file(adaptation, proposal, f"{name}-trial-{proposal.number}")
+            view.print_proposal(proposal, file)
+            if not self.json_lines:
+                record = command("adapt", adaptation.prior.source, "--name", name, "--measured")
+                output().print(f"  {record} RESULT  # such as 62cm", style="dim")
+
+    def _open(self, run: RunSnapshot, name: str) -> Adaptation:
+        from gaitsim.adaptation.adaptation import measured_scale, open_adaptation
         from gaitsim.adaptation.trials import count_intact_gaits
         from gaitsim.console.progress_bar import Progress
 
         gaits = count_intact_gaits(run, physics=self.physics)
         log = "" if self.json_lines else f"reading the {gaits:,} gaits of the atlas"
+        settings = self.settings
+        answers = {"gait_format": self.format, "unit": self.unit, "course": self.course}
+        if self.scale is not None:
+            number = re.fullmatch(r"[\d.,]+", self.scale)
+            settings["scale"] = (
+                float(self.scale.replace(",", ".")) if number else measured_scale(run, self.scale)
+            )
         with Progress("evaluating the atlas", "gaits", gaits, log=log) as progress:
             return open_adaptation(
                 run,
-                damage,
+                self.damage,
                 place=self.place,
                 measure=self.measure,
-                settings=self.settings,
+                settings=settings,
+                known=self.visible,
+                answers={key: value for key, value in answers.items() if value is not None},
                 name=name,
                 fresh=self.fresh,
                 workers=self.workers,
@@ -266,64 +365,57 @@ class Adapt(Action):
             )
 
 
-def _check_proposed(run: RunSnapshot, name: str) -> None:
+def _check_proposed(run: RunSnapshot, name: str, flag: str) -> None:
     """Check that an adaptation has begun, so that a gait can have been measured."""
     from gaitsim.adaptation.adaptation import session_file
 
     if not session_file(run.path, name).exists():
         raise GaitsimError(
             f"there is no adaptation {name!r}, and thus no proposed gait",
-            where="--measured",
-            remedy="check --name, or omit --measured to get the first gait",
+            where=flag,
+            remedy=f"check --name, or omit {flag} to get the first gait",
         )
 
 
-def _ask(adaptation: Adaptation, view: AdaptationView, name: str, format: GaitFormat) -> None:
-    """Propose gaits and ask for their measured values, until the answer is empty."""
+def _ask(adaptation: Adaptation, view: AdaptationView, name: str) -> None:
+    """Propose gaits and ask for their results, until the answer is empty."""
+    from gaitsim.adaptation.answers import ANSWERS
+
     view.print_earlier()
-    prior = adaptation.prior
-    unit = f", {prior.unit}" if prior.unit else ""
+    echo(ANSWERS)
+    proposed = None
     while (proposal := adaptation.proposal) is not None:
-        view.print_proposal(proposal, _gait_file(adaptation, name, format))
-        while True:
-            echo(f"{prior.measure} of the robot{unit} (Enter to quit): ", end="")
-            answer = sys.stdin.readline()
-            if not sys.stdin.isatty():
-                echo(answer.rstrip("\n"))
-            if not answer.strip():
-                count = len(adaptation.trials)
-                saved = "1 trial is saved" if count == 1 else f"{count} trials are saved"
-                notice(f"{saved}. Repeat the command to continue.")
-                return
-            try:
-                view.print_trial(adaptation.record(_number(answer)))
-                break
-            except GaitsimError as error:
-                notice(str(error))
+        if proposal != proposed:
+            file = _gait_file(adaptation, proposal, f"{name}-trial-{proposal.number}")
+            view.print_proposal(proposal, file)
+            proposed = proposal
+        text = _question(f"{adaptation.question} (Enter to quit): ")
+        if not text:
+            count = len(adaptation.trials)
+            saved = "1 trial is saved" if count == 1 else f"{count} trials are saved"
+            notice(f"{saved}. Repeat the command to continue.")
+            return
+        try:
+            reply = adaptation.understand(text)
+            doubt = adaptation.doubt(reply.answer)
+            if doubt and _question(f"{doubt}. Is that right? (y/n): ").lower() not in ("y", "yes"):
+                continue
+            view.print_done(adaptation.carry_out(reply))
+        except GaitsimError as error:
+            notice(str(error))
 
 
-def _number(text: str) -> float:
-    """Return the measured value in a text."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
-    if not math.isfinite(value):
-        raise GaitsimError(
-            f"invalid measured value: {text.strip()!r:.60}", allowed="a finite number, such as 1.3"
-        )
-    return value
+def _question(text: str) -> str:
+    """Print a question, and return the answer."""
+    echo(text, end="")
+    answer = sys.stdin.readline()
+    if not sys.stdin.isatty():
+        echo(answer.rstrip("\n"))
+    return answer.strip()
 
 
-def _gait_file(adaptation: Adaptation, name: str, format: GaitFormat) -> Path:
-    """Write the proposed gait for the robot, and return the file."""
-    from gaitsim.gait.gait_files import gait_of, write_gait
-
-    proposal, prior = adaptation.proposal, adaptation.prior
-    if proposal is None:
-        raise ValueError("the adaptation has ended; there is no gait to export")
-    folder = exports_folder(prior.source)
-    path = folder / f"{name}-trial-{proposal.number}.{format}"
-    write_gait(gait_of(prior.individual(proposal.member)), path, format)
+def _gait_file(adaptation: Adaptation, proposal: Proposal, name: str) -> Path:
+    """Write the gait of a proposal or trial for the robot, and return the file."""
+    path = adaptation.export(proposal, name)
     report_files(path)
     return path

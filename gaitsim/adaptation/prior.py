@@ -4,7 +4,7 @@ import hashlib
 import math
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -21,6 +21,7 @@ from gaitsim.evaluation.processes import OnWarning
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.evaluation.values import values_of
 from gaitsim.experiment import Experiment
+from gaitsim.gait.changed import damage_body
 from gaitsim.individual import Individual, Member
 from gaitsim.opening import read_regular
 from gaitsim.registry import plugin_errors
@@ -124,6 +125,8 @@ class Prior:
         axes: names of the axes of the archive.
         behaviour: values on the axes, scaled to 0 to 1 over their ranges, (members, axes).
         performance: performance on the intact body, (members,); 0 for a gait that fails.
+        damaged: performance on the body with the damage that is known, (members,); None if no
+            damage is known.
     """
 
     experiment: Experiment
@@ -136,6 +139,7 @@ class Prior:
     axes: tuple[str, ...]
     behaviour: Floats
     performance: Floats
+    damaged: Floats | None = None
 
     @property
     def best(self) -> float:
@@ -159,6 +163,7 @@ class Prior:
 def read_prior(
     run: RunSnapshot,
     measure: str = DEFAULT_MEASURE,
+    damage: Sequence[str] = (),
     *,
     workers: int | None = None,
     on_progress: OnProgress = lambda done: None,
@@ -171,6 +176,7 @@ def read_prior(
     Args:
         run: run of a search that keeps an archive.
         measure: name of the performance measure.
+        damage: damage that is known; all members are also evaluated on this body.
         workers: number of workers, which does not change the result; None for a number that suits
             the body.
         on_progress: called with the number of gaits evaluated since the last call.
@@ -179,14 +185,19 @@ def read_prior(
     members = atlas_members(run)
     experiment, genomes = run.experiment_at(run.generation), members.genomes
     unit = unit_of(experiment, genomes, measure)
-    key = _cache_key(run, members, measure)
-    performed = read_intact(run.path, measure, key, len(genomes))
-    if performed is None:
-        with Evaluator(experiment, workers, on_warning) as evaluator:
-            performed = _evaluate_map(evaluator, genomes, measure, on_progress)
-        write_intact(run.path, measure, key, performed)
-    else:
-        on_progress(len(genomes))
+
+    def evaluated(body: Experiment, name: str) -> Floats:
+        key = cache_key(run, measure, body)
+        found = read_intact(run.path, name, key, len(genomes))
+        if found is None:
+            with Evaluator(body, workers, on_warning) as evaluator:
+                found = _evaluate_map(evaluator, genomes, measure, on_progress)
+            write_intact(run.path, name, key, found)
+        else:
+            on_progress(len(genomes))
+        return found
+
+    performed = evaluated(experiment, measure)
     if not performed.max() > 0:
         raise GaitsimError(
             f"the measure {measure!r} is not above 0 for any gait of the atlas {run.path}",
@@ -205,17 +216,41 @@ def read_prior(
         tuple(members.values),
         _behaviour(members),
         performed,
+        evaluated(damage_body(experiment, damage), f"{measure} {damage}") if damage else None,
     )
 
 
-def _cache_key(run: RunSnapshot, members: Members, measure: str) -> str:
-    """Return a string that identifies everything on which the members' performance depends."""
-    experiment = run.experiment_at(run.generation)
+FEW_GAITS = 100
+SHORT = 0.1  # m; a body that walks less far in the map hardly walks
+
+
+def poverty(prior: Prior) -> str:
+    """Return a warning that a map is too poor to help, or ''."""
+    count, best = len(prior.performance), prior.best
+    slow = prior.unit == "m" and best < SHORT
+    if count >= FEW_GAITS and not slow:
+        return ""
+    walked = f", the best of which has {prior.measure} {best:.3g} {prior.unit}".rstrip()
+    return (
+        f"The atlas has {count:,} gaits{walked}: too few or too slow to adapt well. Evolve it "
+        f"further: {command('resume', prior.source, '--generations')} N"
+    )
+
+
+def cache_key(run: RunSnapshot, measure: str, experiment: Experiment) -> str:
+    """Return a string that identifies everything on which the members' performance depends.
+
+    Args:
+        run: run of the atlas.
+        measure: name of the performance measure.
+        experiment: experiment with the body that is measured.
+    """
     # The versions are complete only after a gait has been simulated, as that loads the engine.
     known = versions(experiment)
     if not experiment.organism.dynamic:  # an engine may have been loaded for a different body
         known = {name: version for name, version in known.items() if name not in ENGINES}
-    parts = (measure, atlas_checksum(members), run.finished.experiment, sorted(known.items()))
+    atlas, body = atlas_checksum(atlas_members(run)), experiment.to_toml()
+    parts = (measure, atlas, run.finished.experiment, body, sorted(known.items()))
     return "\n".join(map(str, parts))
 
 

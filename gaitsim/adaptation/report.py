@@ -189,7 +189,7 @@ def make_report(
             if not report.intact:
                 found = {most_promising(prior, 1)[0]: prior.best}
                 if physics:
-                    found = measure_intact(prior, stoppable_robot(()), pool, on_atlas)
+                    found = measure_intact(run, prior, stoppable_robot(()), pool, on_atlas)
                 report = replace(report, intact=found)
                 _write(path, report)
             if physics:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from gaitsim.errors import GaitsimError
 
 MOST_TRIALS = 1000
+_LOWEST = {"kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0, "scale": 1e-3}
 
 
 @dataclass(frozen=True)
@@ -24,7 +25,12 @@ class AdaptationSettings:
             the best expected performance.
         length_scale: distance over which a trial affects the expected performance of other gaits.
         noise: variance of a measured performance.
-        stop: share of the best expected performance that a trial must reach to end the adaptation.
+        stop: share of the best expected performance that a trial must reach to end the trials of
+            the map.
+        scale: performance of the intact body as a share of the map; None estimates it from the
+            trials.
+        refine: number of changed gaits that are tried after those of the map; see `refinement`.
+        repeats: how often the best gait is measured again after the changed gaits.
     """
 
     trials: int = 20
@@ -32,22 +38,20 @@ class AdaptationSettings:
     length_scale: float = 0.2
     noise: float = 0.001
     stop: float = 0.95
+    scale: float | None = 1.0
+    refine: int = 0
+    repeats: int = 0
 
     def __post_init__(self) -> None:
-        lowest = {"trials": 1, "kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0}
-        highest = {
-            "trials": MOST_TRIALS,
-            "kappa": 1e3,
-            "length_scale": 1e3,
-            "noise": 1e3,
-            "stop": 1e3,
-        }
-        for name, low in lowest.items():
-            value, high = getattr(self, name), highest[name]
-            kind = int if name == "trials" else int | float
+        whole = {"trials": 1, "refine": 0, "repeats": 0}
+        for name, low in {**whole, **_LOWEST}.items():
+            value, high = getattr(self, name), MOST_TRIALS if name in whole else 1e3
+            kind = int if name in whole else int | float
+            if name == "scale" and value is None:
+                continue
             if not (isinstance(value, kind) and low <= value <= high):
                 raise GaitsimError(
                     f"invalid {name!r} for an adaptation: {value!r:.80}",
                     key=name,
-                    allowed=f"{'a whole number' if kind is int else 'a number'}, {low} to {high}",
+                    allowed=f"{'a whole number' if kind is int else 'a number'}, {low} to {high:g}",
                 )

@@ -9,28 +9,41 @@ second trial of the same gait would add almost no information.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from typing import Literal, get_args
 
 import numpy as np
 
+from gaitsim.adaptation.changes import best_change, genes_of
 from gaitsim.adaptation.prior import (
     DEFAULT_MEASURE,
+    Floats,
     OnProgress,
     Prior,
     atlas_members,
+    cache_key,
     performance_of,
+    read_intact,
+    write_intact,
 )
 from gaitsim.adaptation.settings import AdaptationSettings
+from gaitsim.contracts import Genomes
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import LARGEST_SCORE
 from gaitsim.experiment import Experiment
 from gaitsim.gait.changed import damage_body, play_on, twin_of
-from gaitsim.gaussian_process import Prediction, posterior
+from gaitsim.gaussian_process import Prediction, matern, posterior
 from gaitsim.individual import Individual
+from gaitsim.portable import cholesky, distances, exp, log, solve_triangular
 from gaitsim.storage.snapshot import RunSnapshot
 
 MeasureGait = Callable[[Individual], float]
 """Function that returns the performance of a gait on the damaged body, in the unit of the map."""
+
+
+Outcome = Literal["walked", "fell", "could not play"]
+"""Outcome of a trial; the performance of a gait that the robot could not play is 0."""
+OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
 
 
 @dataclass(frozen=True)
@@ -38,16 +51,19 @@ class Proposal:
     """A gait to try.
 
     Attributes:
-        number: number of the trial, counted from 1.
-        member: number of the atlas's member, counted from 1.
+        number: number of the trial, counted from 1; that of an earlier trial to repeat it.
+        member: number of the atlas's member, counted from 1; for a changed gait, the member from
+            which the changes began.
         expected: expected performance, given the earlier trials.
         deviation: standard deviation of `expected`.
+        genome: genes of a changed gait; () for the gait of the member.
     """
 
     number: int
     member: int
     expected: float
     deviation: float
+    genome: tuple[float, ...] = field(default=(), kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -55,10 +71,30 @@ class Trial(Proposal):
     """A gait that was tried.
 
     Attributes:
-        measured: measured performance on the damaged body.
+        measured: mean measured performance on the damaged body.
+        lowest: lowest measured performance; None if the gait was measured once.
+        count: number of measurements.
+        outcome: outcome of the trial.
     """
 
     measured: float
+    lowest: float | None = None
+    count: int = 1
+    outcome: Outcome = "walked"
+
+    @property
+    def safe(self) -> float:
+        """The lowest measured performance."""
+        return self.measured if self.lowest is None else self.lowest
+
+
+# The scale of the robot has a log-normal prior with the median 1. A gait's performance differs from
+# the scaled map by a standard deviation of SPREAD, as a share of the best in the map. Both were
+# chosen on one atlas in kinematics, for the loss of each leg and pair of legs.
+SCALES = 33
+SMALLEST_SCALE, LARGEST_SCALE = 0.25, 4.0
+SCALE_DEVIATION, SPREAD = 0.7, 0.2
+LEAST_TRIALS = 3  # with an unknown scale, as a single trial cannot tell a weak robot from damage
 
 
 def predict_performance(
@@ -69,11 +105,11 @@ def predict_performance(
     Returns:
         Mean and standard deviation, (members,) each, in the unit of the map.
     """
-    tried = np.array([trial.member - 1 for trial in trials], np.intp)
-    measured = np.array([trial.measured for trial in trials], np.float64)
-    best = prior.best
+    best, of_map = prior.best, [trial for trial in trials if not trial.genome]
+    tried = np.array([trial.member - 1 for trial in of_map], np.intp)
+    measured = np.array([trial.measured for trial in of_map], np.float64)
     mean, deviation = posterior(
-        prior.performance / best,
+        prior_mean(prior, of_map, settings) / best,
         prior.behaviour,
         tried,
         measured / best,
@@ -83,14 +119,52 @@ def predict_performance(
     return Prediction(mean * best, deviation * best)
 
 
+def prior_mean(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) -> Floats:
+    """Return the performance of each member that the maps predict, (members,).
+
+    The maps are those of the intact body and of the body with the damage that is known, multiplied
+    by the scale. If more than one map or scale is possible, the mean over all of them is taken,
+    weighted by their likelihood in the Gaussian process, given the trials without a fall
+    (Rasmussen and Williams 2006, eq. 5.4).
+    """
+    maps = [prior.performance] if prior.damaged is None else [prior.performance, prior.damaged]
+    scales, log_prior = np.array([settings.scale]), np.zeros(1)
+    if settings.scale is None:
+        logarithms = np.linspace(float(log(SMALLEST_SCALE)), float(log(LARGEST_SCALE)), SCALES)
+        scales = exp(logarithms)
+        log_prior = -0.5 * np.square(logarithms / SCALE_DEVIATION)
+    walked = [trial for trial in trials if trial.outcome == "walked"]
+    likelihood = np.tile(log_prior, (len(maps), 1))  # (maps, scales)
+    if walked and likelihood.size > 1:
+        tried = np.array([trial.member - 1 for trial in walked], np.intp)
+        measured = np.array([trial.measured for trial in walked])
+        predicted = np.stack(maps)[:, None, tried] * scales[:, None]  # (maps, scales, trials)
+        rest = (measured - predicted).reshape(-1, len(walked)) / prior.best / SPREAD
+        points = prior.behaviour[tried]
+        covariance = matern(distances(points, points), settings.length_scale)
+        lower = cholesky(covariance + settings.noise * np.eye(len(walked)))
+        squares = np.square(solve_triangular(lower, rest.T)).sum(axis=0)
+        likelihood -= 0.5 * squares.reshape(likelihood.shape)
+    elif settings.scale is None and not walked:
+        return np.asarray(sum(maps) / len(maps))
+    weights = exp(likelihood - likelihood.max())
+    shares = (weights * scales).sum(axis=1) / weights.sum()
+    return np.asarray(sum(share * map for share, map in zip(shares, maps, strict=True)))
+
+
 def propose(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) -> Proposal | None:
     """Return the gait to try next; None once the adaptation has ended.
 
     The untried gait with the highest sum of mean and `kappa` standard deviations is chosen. Ties go
-    to the first member.
+    to the first member. After the gaits of the map, changes of the best gait are tried.
     """
     prediction = predict_performance(prior, trials, settings)
-    if _ending(prior, trials, settings, prediction):
+    if _ending_of_map(prior, trials, settings, prediction):
+        if refinements(trials) < settings.refine:
+            return propose_change(prior, trials)
+        best = best_of(trials)
+        if best is not None and settings.refine and best.count <= settings.repeats:
+            return Proposal(best.number, best.member, best.measured, 0.0, genome=best.genome)
         return None
     bound = prediction.mean + settings.kappa * prediction.deviation
     bound[[trial.member - 1 for trial in trials]] = -np.inf
@@ -99,14 +173,54 @@ def propose(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings)
     return Proposal(len(trials) + 1, chosen + 1, mean, deviation)
 
 
+def propose_change(prior: Prior, trials: Sequence[Trial]) -> Proposal:
+    """Return a change of the best gait to try next; see `best_change`."""
+    root = best_of([trial for trial in trials if not trial.genome])
+    assert root is not None, "the gaits of the map are tried first"
+    tried = [root, *(trial for trial in trials if trial.genome)]
+    genomes = np.stack([genome_of(prior, trial) for trial in tried])
+    measured = np.array([trial.safe for trial in tried])
+    space, number = genes_of(prior.experiment), len(trials) + 1
+    genome, expected, deviation = best_change(space, genomes, measured, number)
+    return Proposal(number, root.member, expected, deviation, genome=genome)
+
+
+def refinements(trials: Sequence[Trial]) -> int:
+    """Return the number of changed gaits among the trials."""
+    return sum(bool(trial.genome) for trial in trials)
+
+
 def ending(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) -> str:
     """Return why the adaptation has ended, one sentence; '' until then."""
-    return _ending(prior, trials, settings, predict_performance(prior, trials, settings))
+    if propose(prior, trials, settings) is not None:
+        return ""
+    count = refinements(trials)
+    if count:
+        return f"{count} changes of the best gait were tried"
+    return _ending_of_map(prior, trials, settings, predict_performance(prior, trials, settings))
+
+
+def individual_of(prior: Prior, proposal: Proposal) -> Individual:
+    """Return the proposed gait on the intact body; a change of a member has no number."""
+    individual = prior.individual(proposal.member)
+    if not proposal.genome:
+        return individual
+    return replace(individual, genome=genome_of(prior, proposal), member=None, generation=0)
+
+
+def genome_of(prior: Prior, proposal: Proposal) -> Genomes:
+    """Return the genome of a proposed gait, (genes,)."""
+    if proposal.genome:
+        return np.array(proposal.genome)
+    return np.asarray(prior.genomes[proposal.member - 1])
 
 
 def best_of(trials: Sequence[Trial]) -> Trial | None:
-    """Return the trial with the best measured performance; ties go to the first trial."""
-    return max(trials, key=lambda trial: trial.measured, default=None)
+    """Return the trial with the best performance; ties go to the first trial.
+
+    The lowest value counts for a gait that was measured several times.
+    """
+    return max(trials, key=lambda trial: trial.safe, default=None)
 
 
 def adapt(
@@ -128,15 +242,16 @@ def adapt(
     Yields:
         The next trial.
     """
-    done = [*trials]
-    while (proposal := propose(prior, done, settings)) is not None:
-        trial = create_trial(proposal, measure_gait(prior.individual(proposal.member)))
+    done, once = [*trials], replace(settings, repeats=0)
+    while (proposal := propose(prior, done, once)) is not None:
+        measured = check_measured(measure_gait(individual_of(prior, proposal)), proposal.number)
+        trial = Trial(**vars(proposal), measured=measured)
         done.append(trial)
         yield trial
 
 
-def create_trial(proposal: Proposal, measured: float) -> Trial:
-    """Return the trial of a proposed gait with its measured performance."""
+def check_measured(measured: float, number: int) -> float:
+    """Return the measured performance of a trial as a float."""
     try:
         value = float(measured)
     except (TypeError, ValueError):
@@ -144,20 +259,24 @@ def create_trial(proposal: Proposal, measured: float) -> Trial:
     if not abs(value) < LARGEST_SCORE:
         raise GaitsimError(
             f"invalid measured value: {measured!r:.80}",
-            where=f"trial {proposal.number}",
+            where=f"trial {number}",
             allowed="a finite number",
         )
-    return Trial(proposal.number, proposal.member, proposal.expected, proposal.deviation, value)
+    return value
 
 
-def _ending(
+def _ending_of_map(
     prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings, prediction: Prediction
 ) -> str:
+    """Return why no further gait of the map is tried, or ''."""
     best = best_of(trials)
     if best is None:
         return ""
+    if refinements(trials):
+        return "changes of the best gait were tried"
     expected, unit = float(prediction.mean.max()), f" {prior.unit}".rstrip()
-    if best.measured >= settings.stop * expected:
+    enough = settings.scale is not None or len(trials) >= LEAST_TRIALS
+    if enough and best.measured >= settings.stop * expected:
         return (
             f"trial {best.number} reached {best.measured:.3g}{unit}, at least "
             f"{settings.stop:.0%} of the best expected performance, {expected:.3g}{unit}"
@@ -208,16 +327,20 @@ def count_intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
 
 
 def measure_intact(
+    run: RunSnapshot,
     prior: Prior,
     measure_gait: MeasureGait,
     pool: Executor,
     on_progress: OnProgress = lambda done: None,
 ) -> dict[int, float]:
-    """Measure the most promising gaits on another intact body.
+    """Measure the most promising gaits on the intact twin in rigid-body physics.
+
+    The result is cached in the run's folder for adaptations to other damage.
 
     Args:
+        run: run of the atlas.
         prior: map for the atlas's own body.
-        measure_gait: function that measures a gait on the other body.
+        measure_gait: function that measures a gait on the twin.
         pool: thread pool in which the gaits are measured.
         on_progress: called with the number of gaits measured since the last call.
 
@@ -225,19 +348,26 @@ def measure_intact(
         The measured performance by member, counted from 1.
     """
     members = most_promising(prior, MAX_MEASURED)
-    found: dict[int, float] = {}
-    for member, value in zip(
-        members, pool.map(measure_gait, map(prior.individual, members)), strict=True
-    ):
-        found[member] = value
+    first = measure_gait(prior.individual(members[0]))  # loads the engine, which the key names
+    name, key = f"{prior.measure} physics", cache_key(run, prior.measure, twin_of(prior.experiment))
+    values = read_intact(run.path, name, key, len(members))
+    if values is None:
+        found = [first]
         on_progress(1)
-    if not max(found.values()) > 0:
+        for value in pool.map(measure_gait, map(prior.individual, members[1:])):
+            found.append(value)
+            on_progress(1)
+        values = np.array(found)
+        write_intact(run.path, name, key, values)
+    else:
+        on_progress(len(members))
+    if not values.max() > 0:
         raise GaitsimError(
-            f"the measure {prior.measure!r} is not above 0 for any of the {len(found)} best "
+            f"the measure {prior.measure!r} is not above 0 for any of the {len(values)} best "
             f"gaits of the atlas {prior.source} on the intact body in rigid-body physics",
             remedy="evolve the atlas further with 'gaitsim resume', or omit --physics",
         )
-    return found
+    return dict(zip(members, values.tolist(), strict=True))
 
 
 def most_promising(prior: Prior, count: int) -> tuple[int, ...]:
@@ -258,6 +388,9 @@ def transfer_map(prior: Prior, measured: Mapping[int, float]) -> Prior:
             must have a performance above 0 in the map.
     """
     indices, values = np.array([*measured]) - 1, np.array([*measured.values()])
-    performance = prior.performance * np.median(values / prior.performance[indices])
+    ratios = np.full(len(prior.performance), np.median(values / prior.performance[indices]))
+    ratios[indices] = values / prior.performance[indices]
+    performance = prior.performance * ratios
     performance[indices] = values
-    return replace(prior, performance=performance)
+    damaged = None if prior.damaged is None else prior.damaged * ratios
+    return replace(prior, performance=performance, damaged=damaged)

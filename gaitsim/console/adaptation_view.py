@@ -7,7 +7,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gaitsim.adaptation.adaptation import Adaptation
+from gaitsim.adaptation.adaptation import Adaptation, Said
 from gaitsim.adaptation.report import (
     SUMMARY,
     TRIALS,
@@ -74,7 +74,21 @@ class AdaptationView:
         if self._json:
             print_json({"trial": trial.number, **_without_number(trial)})
             return
-        echo(f"{self._prediction(trial)}, measured {trial.measured:.3f}{self._unit}")
+        echo(f"{self._prediction(trial)}, {describe_result(trial)}{self._unit}")
+
+    def print_done(self, done: Trial | Said) -> None:
+        """Print a trial, or the result that was undone."""
+        if isinstance(done, Trial):
+            self.print_trial(done)
+        else:
+            self._print_undone(done)
+
+    def _print_undone(self, said: Said) -> None:
+        """Print the result, correction or repeat that was undone."""
+        if self._json:
+            print_json({"undone": said.kind, "trial": said.trial, "text": said.text})
+        else:
+            echo(f"undone: {said.kind} of trial {said.trial}, {said.text or said.values}")
 
     def print_proposal(self, proposal: Proposal, file: Path) -> None:
         """Print a gait to try, and its file."""
@@ -85,8 +99,12 @@ class AdaptationView:
             return
         echo(f"{self._prediction(proposal)}\n  play {file}")
 
-    def print_result(self) -> None:
-        """Print why the adaptation has ended, its best gait, and commands to use it."""
+    def print_result(self, file: Path | None = None) -> None:
+        """Print why the adaptation has ended, its best gait, and commands to use it.
+
+        Args:
+            file: gait file of the best gait, if it is not a member of the atlas.
+        """
         adaptation = self._adaptation
         best, gait, prior = adaptation.best, adaptation.gait, adaptation.prior
         if best is None or gait is None:
@@ -97,17 +115,22 @@ class AdaptationView:
             values = {"member": best.member, "gait": name, "measured": best.measured}
             path = str(adaptation.path) if adaptation.path else None
             ended = {"ended": adaptation.ending, "trials": len(adaptation.trials)}
+            values |= {"genome": [*best.genome], "file": str(file)} if file else {}
             print_json({**ended, **values, "share": share, "adaptation": path})
             return
         echo(f"Ended: {adaptation.ending}.")
         gait_words = "an unnamed gait" if name == "none" else f"{name} in the atlas"
         output().print(
-            f"Best: member {best.member}, {gait_words}: {best.measured:.3f}{self._unit}, "
+            f"Best: {_of(best)}, {gait_words}: {best.measured:.3f}{self._unit}, "
             f"{share:.0%} of the best in the atlas",
             style="bold",
         )
         damage = damage_options(adaptation.session.damage)
         chosen = (prior.source, "--member", best.member)
+        if file is not None:
+            analyse = command("analyse", prior.source, "--gait", file, *damage)
+            output().print(f"  {analyse}  # analyse it", style="dim")
+            return
         commands = {
             "watch it": command("play", *chosen, *damage),
             "export it": command("export", *chosen),
@@ -126,13 +149,29 @@ class AdaptationView:
 
     def _prediction(self, one: Proposal) -> str:
         return (
-            f"trial {one.number:>2}  member {one.member:>6}  expected {one.expected:6.3f} ± "
+            f"trial {one.number:>2}  {_of(one)}  expected {one.expected:6.3f} ± "
             f"{one.deviation:.3f}{self._unit}"
         )
 
 
-def _without_number(proposal: Proposal) -> dict[str, float]:
-    return {name: value for name, value in asdict(proposal).items() if name != "number"}
+def describe_result(trial: Trial) -> str:
+    """Return the result of a trial, such as 'fell, measured 0.300'."""
+    outcome = "" if trial.outcome == "walked" else f"{trial.outcome}, "
+    several = f"mean of {trial.count} " if trial.count > 1 else ""
+    return f"{outcome}measured {several}{trial.measured:.3f}"
+
+
+def _of(proposal: Proposal) -> str:
+    """Return the gait of a proposal, such as 'member 2647'."""
+    return f"{'change' if proposal.genome else 'member'} {proposal.member:>6}"
+
+
+def _without_number(proposal: Proposal) -> dict[str, Any]:
+    values = asdict(proposal)
+    kept = {name for name, one in values.items() if name != "number" and one not in ((), None)}
+    if values.get("count") == 1:
+        kept -= {"count", "outcome"} if values["outcome"] == "walked" else {"count"}
+    return {name: values[name] for name in values if name in kept}
 
 
 def write_report(

@@ -87,7 +87,7 @@ def test_an_interrupted_interactive_session_continues_where_it_was(adapt, atlas,
     answers("1", "")
     adapt("--interactive")
     stored = json.loads((atlas / "adaptations/robot.json").read_text())
-    assert [trial["measured"] for trial in stored["trials"]] == [0.5, -0.25, 1.0]
+    assert [one["values"] for one in stored["said"]] == [[0.5], [-0.25], [1.0]]
     answers()  # the end of the input also ends the session
     asked = adapt("--interactive", "--format", "npz").stdout
     file = atlas / "exports/robot-trial-4.npz"
@@ -114,7 +114,8 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
         (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
         ((*LOST, "--measure", "speed"), "unknown measure"),
         ((*LOST, "--stop", "nan"), "invalid 'stop'"),
-        ((*LOST, "--interactive"), "simulation"),
+        ((*LOST, "--visible"), "--physics"),
+        (("--physics", "--interactive"), "cannot be combined"),
         ((*LOST, "--physics"), "twin"),
         (("--interactive", "--name", "../up"), "name"),
     ],
@@ -144,20 +145,26 @@ def test_runs_without_an_archive_and_bodies_without_damage_are_refused(
 
 
 def foreign(stored):
-    stored["trials"][1]["member"] = 10**9
+    stored["said"][1]["proposal"]["member"] = 10**9
 
 
 def repeated(stored):
-    stored["trials"][1]["member"] = stored["trials"][0]["member"]
+    stored["said"][1]["proposal"]["member"] = stored["said"][0]["proposal"]["member"]
 
 
 def infinite(stored):
-    stored["trials"][1]["measured"] = float("nan")
+    stored["said"][1]["values"] = [float("nan")]
+
+
+def orphaned(stored):
+    stored["said"][1]["proposal"] = None
 
 
 def endless(stored):
-    stored["trials"] = [
-        {**stored["trials"][0], "number": number, "member": number} for number in range(1, 1002)
+    one = stored["said"][0]
+    stored["said"] = [
+        {**one, "trial": number, "proposal": {**one["proposal"], "number": number}}
+        for number in range(1, 1002)
     ]
 
 
@@ -184,7 +191,7 @@ def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp
         shutil.rmtree(outside)
         file.rmdir() if file.is_dir() and not file.is_symlink() else file.unlink()
         file.write_bytes(data)
-    for change in (foreign, repeated, infinite, endless, escaping):
+    for change in (foreign, repeated, infinite, orphaned, endless, escaping):
         stored = json.loads(data)
         change(stored)
         file.write_text(json.dumps(stored))
@@ -213,9 +220,8 @@ def test_python_gives_the_same_trials_and_accepts_a_function_for_a_robot(adapt, 
     assert by_hand.record(first.measured) == first
     with pytest.raises(gs.GaitsimError, match="finite"):
         by_hand.record("far")
-    for simulated in ({"damage": ["A lost"]}, {"physics": True}):
-        with pytest.raises(gs.GaitsimError, match="robot"):
-            run.adapt(**simulated, robot=robot)
+    with pytest.raises(gs.GaitsimError, match="robot"):
+        run.adapt(physics=True, robot=robot)
 
 
 def test_two_processes_do_not_overwrite_each_others_trials(atlas):

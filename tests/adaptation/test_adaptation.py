@@ -15,7 +15,7 @@ from gaitsim.adaptation.trials import (
     Trial,
     adapt,
     best_of,
-    create_trial,
+    check_measured,
     ending,
     most_promising,
     predict_performance,
@@ -168,7 +168,7 @@ def test_an_adaptation_continues_as_if_it_had_never_stopped_in_any_thread():
 @pytest.mark.parametrize("value", [math.nan, math.inf, "far", None])
 def test_a_value_that_is_not_a_number_is_refused(value):
     with pytest.raises(GaitsimError, match="finite"):
-        create_trial(propose(random_prior(), [], SETTINGS), value)
+        check_measured(value, 1)
 
 
 def test_the_map_of_an_atlas_has_the_performance_of_its_members_on_the_intact_body(puppet_run):

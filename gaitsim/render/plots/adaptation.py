@@ -96,7 +96,8 @@ def _draw_map(axes: "Axes", adaptation: Adaptation, theme: Theme) -> None:
         rasterized=True,
     )
     best = adaptation.best
-    for trial in sorted(trials, key=lambda trial: trial == best):  # the best one on top
+    of_map = (trial for trial in trials if not trial.genome)
+    for trial in sorted(of_map, key=lambda trial: trial == best):  # the best one on top
         fill, ink = theme.background, theme.ink
         if trial == best:
             fill, ink = theme.colours[1], theme.background

@@ -1,6 +1,7 @@
 """The laboratory: damage a body, watch its champion fail, and adapt its gait in a few trials."""
 
 import asyncio
+from collections.abc import Mapping
 from pathlib import Path
 from typing import ClassVar
 
@@ -11,8 +12,9 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from gaitsim.adaptation.adaptation import Adaptation, open_adaptation
-from gaitsim.adaptation.trials import Trial
+from gaitsim.adaptation.adaptation import Adaptation, Place, default_name, open_adaptation
+from gaitsim.adaptation.answers import ANSWERS
+from gaitsim.adaptation.trials import Trial, refinements
 from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options, parse_damage
@@ -35,9 +37,11 @@ from gaitsim.tui.screens.laboratory_panels import (
     read_subject,
     simulate_walk,
 )
+from gaitsim.tui.screens.questions import Ask, Confirm
 from gaitsim.tui.screens.replay_loading import options_of
 
 NOT_READ = "The run is still being read, or cannot be read."
+CHANGES = 10  # gaits that 'Refine' tries
 WIDE, HIGH = 120, 36  # minimum columns for three bodies, and rows for an empty table
 
 
@@ -77,6 +81,10 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
   a standard deviation, *measured* the result of the trial, *of best* its ratio to the best result
   in the map of the intact body. The search ends when the best trial reaches 95 % of the highest
   expected value, or after 20 trials.
+- **Refine** then tries ten small changes of the best gait, each more promising than others
+  according to a Gaussian process over the genes. They are marked + and are not in the map.
+- **Robot** writes the gait to try as a file and asks for the result of your robot. The damage that
+  you chose improves the predictions.
 - **Map**: the expected performance of each gait after the trials. Trials are marked by their
   numbers, the best by ★.
 - **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search.
@@ -229,14 +237,22 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     # The search for a new gait
 
-    @work(group="adapt", exclusive=True)
-    async def action_adapt(self) -> None:
+    def action_adapt(self) -> None:
         """Run trials until a gait is good enough, or the search is stopped."""
+        self._search({})
+
+    def action_refine(self) -> None:
+        """Run trials of changes of the best gait."""
+        assert self.adaptation is not None, "available only after a trial"
+        self._search({"refine": refinements(self.adaptation.trials) + CHANGES})
+
+    @work(group="adapt", exclusive=True)
+    async def _search(self, settings: Mapping[str, int]) -> None:
         self._stopping = False
         self.call_next(self.refresh_bindings)
         try:
-            if self.adaptation is None:
-                self.adaptation = await self.in_thread(self._open)
+            if self.adaptation is None or self.adaptation.session.place == "robot" or settings:
+                self.adaptation = await self.in_thread(self._open, settings)
             await self._run_trials(self.adaptation)
         except GaitsimError as error:
             self.adaptation = None  # re-read its file, which another process may have changed
@@ -245,7 +261,39 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
             self._stopping = False
             self.call_next(self.refresh_bindings)
 
-    def _open(self) -> Adaptation:
+    @work(group="ask", exclusive=True)
+    async def action_robot(self) -> None:
+        """Propose gaits for a robot and ask for their results, until the answer is empty."""
+        try:
+            self.adaptation = adaptation = await self.in_thread(self._open, {}, "robot")
+            name = default_name("robot", damage_texts(self.damage))
+            while (proposal := adaptation.proposal) is not None:
+                self._list(adaptation)
+                self._arrange()
+                file = await self.in_thread(
+                    adaptation.export, proposal, f"{name}-trial-{proposal.number}"
+                )
+                about = f"Play {file}. {ANSWERS}"
+                ask = Ask(
+                    f"Trial {proposal.number}: {adaptation.question}?",
+                    check=adaptation.understand,
+                    about=about,
+                )
+                text = await self.app.push_screen_wait(ask)
+                if text is None:
+                    break
+                reply = adaptation.understand(text)
+                doubt = adaptation.doubt(reply.answer)
+                question = Confirm(f"{doubt}. Is that right?", "Yes", danger=True)
+                if not doubt or await self.app.push_screen_wait(question):
+                    adaptation.carry_out(reply)
+            self._list(adaptation)
+            self._say(adaptation.ending or "All results are saved; press b to continue.")
+        except GaitsimError as error:
+            self._fail(error)
+        self.refresh_bindings()
+
+    def _open(self, settings: Mapping[str, int], place: Place | None = None) -> Adaptation:
         """Continue or create the adaptation to this damage; called in a thread."""
         assert self.subject is not None, "available only after reading"
         done = 0
@@ -259,7 +307,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         return open_adaptation(
             self.subject.run,
             damage_texts(self.damage),
-            place="physics" if self.physics else "simulation",
+            place=place or ("physics" if self.physics else "simulation"),
+            settings=settings,
             on_progress=progress,
         )
 
@@ -289,10 +338,10 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self, adaptation: Adaptation, trial: Trial, *, fast: bool = False
     ) -> None:
         """Show a trial's gait on the damaged body; if `fast`, within `WATCHED` seconds."""
-        individual = adaptation.prior.individual(trial.member)
+        individual = adaptation.individual(trial)
         walk = await self.in_thread(simulate_walk, individual, self.damage, self.physics)
         won = trial is adaptation.best and not fast
-        self.shown = Member(trial.member)
+        self.shown = None if trial.genome else Member(trial.member)
         self.adapted.show(walk, self.intact.walk, f"{'adapted: ' * won}trial {trial.number}")
         if fast and self.WATCHED:
             canvas = self.adapted.canvas
@@ -356,12 +405,18 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         match action:
             case "adapt" | "repair" | "joint" | "physics" if busy:
                 return "An adaptation is running; press x to stop it first."
-            case "adapt" | "replay" | "export" if subject is None:
+            case "refine" | "robot" if busy:
+                return "An adaptation is running; press x to stop it first."
+            case "adapt" | "replay" | "export" | "robot" if subject is None:
                 return NOT_READ
-            case "adapt" if subject and subject.unadaptable:
+            case "adapt" | "robot" if subject and subject.unadaptable:
                 return subject.unadaptable
             case "adapt" if not self.damage:
                 return "The body is intact; press Enter to remove a leg first."
+            case "refine" if self.adaptation is None or self.adaptation.session.place == "robot":
+                return "No gait was tried; press a to try gaits of the atlas first."
+            case "replay" | "export" if self.adaptation and not self.shown and self.adapted.walk:
+                return "A changed gait is not in the atlas; 'gaitsim adapt' writes its gait file."
             case "stop" if not busy:
                 return "No adaptation is running."
             case "joint" | "repair" | "physics" if subject is None:

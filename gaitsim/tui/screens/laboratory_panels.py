@@ -284,7 +284,7 @@ class Trials(Horizontal):
         view = expected_view(adaptation, members)
         names = axes_of(view, legs)
         unit = visible(f", {adaptation.prior.unit}".rstrip(", "))
-        self.map.marks = {trial.member: mark(trial, best) for trial in trials}
+        self.map.marks = {one.member: mark(one, best) for one in trials if not one.genome}
         self.map.display = True
         words = {name: visible(name) for name in names} | {"score": f"expected{unit}"}
         self.map.show(view, names, words, trials[-1].member if trials else None)
@@ -297,7 +297,7 @@ class Trials(Horizontal):
             kept = trial.measured / prior.best
             self.table.add_row(
                 Text(f"{trial.number}{f' {BEST}' if trial is best else '  '}", justify="right"),
-                Text(f"{trial.member:,}", justify="right"),
+                Text(f"{'+' * bool(trial.genome)}{trial.member:,}", justify="right"),
                 Text(f"{number(trial.expected, 2)} ± {number(trial.deviation, 2)}{unit}"),
                 Text(f"{number(trial.measured, 2)}{unit}", justify="right"),
                 Text(f"{number(100 * kept, 0)} %", colours[colour_of(kept)], justify="right"),
