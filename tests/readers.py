@@ -461,7 +461,7 @@ def run_forked(_command, *, input, **_):
     if not process:
         signal.alarm(30)
         with suppress(BaseException):
-            os.write(sink, b" ")
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)  # Qhull prints its errors
             answer = json.dumps(child._answer(json.loads(input))).encode()
             while answer:
                 answer = answer[os.write(sink, answer) :]

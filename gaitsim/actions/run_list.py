@@ -32,6 +32,8 @@ COLUMNS = ("name", "body", "fitness", "generation", "score", "state")
 _HEADS = {"name": "run", "score": "best", "tag": "tags"}
 MOST_NAMED = 10
 """Maximum number of runs that a question names."""
+MANY = 1000
+"""Number of runs that take a second to read."""
 
 
 class ListRuns(Action):
@@ -191,7 +193,7 @@ class ListRuns(Action):
         keys = [*view.columns, view.sort.removeprefix("-"), view.group]
         keys += [condition.key for condition in query.conditions]
         times = self.json_lines or "time" in keys
-        every = list_overviews(self.root, _read_in_full, times=times)
+        every = list_overviews(self.root, _read_in_full, times=times, each=_with_progress)
         with _error_at("--where"):
             found = query.select(every)
         for place, given in (
@@ -349,6 +351,19 @@ def _print_remarks(found: Sequence[Overview]) -> None:
     for run in found:
         if run.failure:
             notice(f"{run.path} failed: {run.failure.what}")
+
+
+def _with_progress(runs: Sequence[Path]) -> Iterator[Path]:
+    """Yield runs to read, and show the progress if there are many."""
+    if len(runs) < MANY:
+        yield from runs
+        return
+    from gaitsim.console.progress_bar import Progress
+
+    with Progress("Reading", "runs", len(runs)) as progress:
+        for run in runs:
+            yield run
+            progress.advance()
 
 
 def _read_in_full(path: Path) -> Overview | None:

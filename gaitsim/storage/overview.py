@@ -5,7 +5,7 @@ This module imports nothing heavy, so that `gaitsim runs` starts quickly.
 
 import csv
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from itertools import islice
@@ -116,7 +116,11 @@ class Overview:
 
 
 def list_overviews(
-    root: Path, read_in_full: Callable[[Path], Overview | None], *, times: bool = True
+    root: Path,
+    read_in_full: Callable[[Path], Overview | None],
+    *,
+    times: bool = True,
+    each: Callable[[Sequence[Path]], Iterable[Path]] = iter,
 ) -> list[Overview]:
     """Return the runs in a folder, oldest first, in a form for lists.
 
@@ -128,10 +132,12 @@ def list_overviews(
         root: path of the folder.
         read_in_full: function that reads another run, which is `growing.overview`.
         times: whether the duration is needed, which takes 1.5 µs per generation; 0 otherwise.
+        each: function that yields the runs to read, and may show the progress.
     """
     names = runtime_names()
     found = (
-        _read_quickly(path, names, times=times) or read_in_full(path) for path in list_runs(root)
+        _read_quickly(path, names, times=times) or read_in_full(path)
+        for path in each(list_runs(root))
     )
     return [run for run in found if run is not None]
 
