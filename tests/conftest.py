@@ -125,6 +125,12 @@ class Still(Mutation):
 '''
 
 
+def pytest_itemcollected(item):
+    """Mark all but the first case of a sampled test as slow."""
+    if item.get_closest_marker("sampled") and any(item.callspec.indices.values()):
+        item.add_marker("slow")
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_pyfunc_call(pyfuncitem):
     """Run asynchronous tests."""

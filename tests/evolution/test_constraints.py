@@ -38,6 +38,7 @@ def run_to_end(search: gs.RunningSearch) -> gs.RunningSearch:
     return search
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("body", "space", "names", "best", "point", "error"),
     [

@@ -22,6 +22,7 @@ ROBOTS = [
 TOLERANCE = 1e-6  # rad; foot paths are stored as floats
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("preset", "reflexes", "options"), ROBOTS)
 def test_c_computes_the_same_angles(tmp_path, preset, reflexes, options):
     organism, genome = robot(preset, reflexes, **options)
@@ -73,6 +74,7 @@ def test_the_size_of_the_state_is_that_of_the_summary(tmp_path):
     assert f"{code.state / 1000:.1f} kB of state" in code.summary
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("hostile", ["*/ int x; /*", 'a"b\\', "??/\n#error", "\u202eé@TABLES@"])
 def test_names_cannot_become_code(tmp_path, hostile):
     organism, genome = robot()

@@ -165,6 +165,7 @@ def test_commands_of_any_genome_respect_the_limits_and_the_top_speed(
     assert angles[:, 0] == pytest.approx(np.tile(standing, (3, 1)))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("robot", ["hexapod", "humanoid"])
 def test_chunks_do_not_change_any_bit(robot, kind):

@@ -613,6 +613,7 @@ def stl(corners):
     return bytes(80) + struct.pack("<I", len(corners)) + triangles.tobytes()
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("suffix", ["stl", "obj", "msh"])
 def test_meshes_with_too_many_vertices_are_refused_before_mujoco_reads_them(tmp_path, suffix):
     corners = np.random.default_rng(1).normal(size=(100_001, 3, 3)).astype(np.float32)

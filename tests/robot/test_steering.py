@@ -37,6 +37,7 @@ def frames_of(robot):
     return framed - {"torso_velocity", "energy"}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "options",
     [

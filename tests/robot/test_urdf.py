@@ -16,6 +16,7 @@ def reread(robot, folder, **options):
     return Robot(model=str(path), **options)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("name", ["quadruped", "hexapod", "spider-physics"])
 def test_a_bundled_robot_is_the_same_after_its_urdf(tmp_path, name):
     robot = Robot(model=name)

@@ -233,6 +233,7 @@ def killed_in(monkeypatch, owner, step, number, doing):
 STEPS = [(os, "write"), (os, "fsync"), (Path, "replace"), (os, "open")]
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("owner", "step"), STEPS)
 def test_a_stage_killed_at_any_step_of_its_start_is_identical(
     plain, staged, monkeypatch, owner, step

@@ -63,6 +63,7 @@ def other_table(folder):
     (folder / "results.csv").write_text(text.replace(",3,", ",4,", 1))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("tamper", "message"),
     [

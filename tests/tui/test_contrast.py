@@ -123,6 +123,7 @@ async def test_the_first_hit_for_light_is_the_theme_of_gaitsim(here, drive):
         assert (await hits(driver, "light"))[0] == "Theme: gaitsim-light"
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("keys", "query", "title"),
     [

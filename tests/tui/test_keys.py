@@ -47,6 +47,7 @@ def two(walk):
     walk("two", 4)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("opening", "dialog"),
     [
@@ -147,6 +148,7 @@ def test_every_dialog_is_in_the_table():
     assert {kind.__name__ for kind in Dialog.__subclasses__()} == {*DIALOGS}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("dialog", DIALOGS)
 async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
     async with drive() as driver:

@@ -26,6 +26,7 @@ async def shown(driver):
     return screen
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("size", SIZES)
 async def test_a_preset_is_filtered_chosen_and_opened(here, drive, size):
     async with drive(size=size) as driver:

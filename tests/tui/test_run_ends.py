@@ -89,6 +89,7 @@ def test_a_desktop_notification_has_no_other_control_characters():
     assert len(text) < 300
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("wanted", [True, False])
 async def test_the_end_is_shown_on_any_screen_and_rings(
     run, evolving, drive, monkeypatch, tmp_path, wanted

@@ -142,6 +142,7 @@ class TestHelp:
             await driver.press("escape")
             await driver.at("Home")
 
+    @pytest.mark.sampled
     @pytest.mark.parametrize(
         ("action", "screen"),
         [
