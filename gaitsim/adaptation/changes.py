@@ -2,19 +2,21 @@
 
 import numpy as np
 
-from gaitsim.adaptation.prior import Floats
+from gaitsim.adaptation.prior import Floats, Prior
 from gaitsim.contracts import Genomes, RealSpace
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.gaussian_process import posterior
 from gaitsim.portable import standard_normal
 
-# Chosen on one atlas in kinematics: after 100 changes, the loss of one leg kept 101 %, and 96 %
-# with a (1+1) evolution strategy of the same changes.
-CANDIDATES = 100
-STEP = 0.03  # standard deviation of a changed gene, as a share of its range; twice this for half
+# Chosen on one atlas in kinematics, for the loss of each leg and each adjacent pair: 20 trials keep
+# 103 and 88 %. Without the prediction by simulation, they keep 91 and 83 %; so does a (1+1)
+# evolution strategy.
+CANDIDATES = 300
+STEPS = (0.01, 0.03, 0.06)  # standard deviations of a changed gene, as a share of its range
 SHARE = 1 / 3  # of the genes that change
-LENGTH_SCALE = 0.6  # distance in genes, as a share of their ranges
+ROUNDS, KEPT = 2, 50  # rounds that change the best candidates again, and the candidates kept
+LENGTH_SCALE = 0.3  # distance in genes, as a share of their ranges
 NOISE = 0.01  # variance of a measurement, as a share of that of the trials
 KAPPA = 0.5  # weight of the uncertainty
 
@@ -33,15 +35,16 @@ def genes_of(experiment: Experiment) -> RealSpace:
 
 
 def best_change(
-    space: RealSpace, genomes: Genomes, measured: Floats, number: int
+    prior: Prior, genomes: Genomes, measured: Floats, number: int
 ) -> tuple[tuple[float, ...], float, float]:
     """Return the most promising of some random changes of the best gait.
 
-    A Gaussian process over the genes predicts their performance from that of the tried gaits; the
-    change with the highest sum of mean and `KAPPA` standard deviations is chosen.
+    The simulation predicts their performance, and a Gaussian process over the genes corrects the
+    prediction by the trials. The change with the highest sum of mean and `KAPPA` standard
+    deviations is chosen. A body in rigid-body physics is not simulated, as that takes too long.
 
     Args:
-        space: genes of the gaits.
+        prior: map whose body predicts the performance.
         genomes: tried gaits, the best of the map and its changes, (trials, genes).
         measured: their performance, (trials,).
         number: number of the trial, which seeds the draws.
@@ -49,21 +52,35 @@ def best_change(
     Returns:
         The genome, its expected performance and the standard deviation of that.
     """
-    rng = np.random.default_rng(number)
-    steps = standard_normal(rng, (CANDIDATES, space.genes)) * space.width * STEP
-    steps[::2] *= 2
-    changed = rng.random(steps.shape) < SHARE
-    candidates = space.repair(genomes[np.argmax(measured)] + np.where(changed, steps, 0.0))
-    spread = max(float(measured.std()), 0.02 * abs(float(measured.max())), 1e-12)
-    middle, count = float(measured.mean()), len(measured)
+    space, rng, count = genes_of(prior.experiment), np.random.default_rng(number), len(measured)
+    best = int(np.argmax(measured))
+    known = prior.simulate(genomes)
+    weight = max(float(measured[best]), 0.0) / known[best] if known[best] > 0 else 0.0
+    candidates = _changed(space, np.repeat(genomes[best : best + 1], CANDIDATES, axis=0), rng)
+    predicted = weight * prior.simulate(candidates)
+    for _ in range(ROUNDS if weight else 0):
+        kept = candidates[np.argsort(-predicted, kind="stable")[:KEPT]]
+        candidates = _changed(space, np.repeat(kept, CANDIDATES // KEPT, axis=0), rng)
+        candidates[:KEPT] = kept
+        predicted = weight * prior.simulate(candidates)
+    rest = measured - weight * known
+    spread = max(float(rest.std()), 0.02 * abs(float(measured[best])), 1e-12)
     mean, deviation = posterior(
         np.zeros(count + CANDIDATES),
         np.concatenate([genomes, candidates]) / space.width,
         np.arange(count),
-        (measured - middle) / spread,
+        (rest - rest.mean()) / spread,
         LENGTH_SCALE,
         NOISE,
     )
-    chosen = int(np.argmax((mean + KAPPA * deviation)[count:])) + count
-    genome = tuple(candidates[chosen - count].tolist())
-    return genome, middle + spread * float(mean[chosen]), spread * float(deviation[chosen])
+    expected = predicted + rest.mean() + spread * mean[count:]
+    chosen = int(np.argmax(expected + KAPPA * spread * deviation[count:]))
+    genome = tuple(candidates[chosen].tolist())
+    return genome, float(expected[chosen]), spread * float(deviation[count + chosen])
+
+
+def _changed(space: RealSpace, genomes: Genomes, rng: np.random.Generator) -> Genomes:
+    """Return changes of genomes, (candidates, genes)."""
+    sizes = np.array(STEPS)[np.arange(len(genomes)) % len(STEPS), None]
+    steps = standard_normal(rng, genomes.shape) * space.width * sizes
+    return space.repair(genomes + np.where(rng.random(genomes.shape) < SHARE, steps, 0.0))

@@ -127,6 +127,7 @@ class Prior:
         performance: performance on the intact body, (members,); 0 for a gait that fails.
         damaged: performance on the body with the damage that is known, (members,); None if no
             damage is known.
+        damage: the damage that is known.
     """
 
     experiment: Experiment
@@ -140,11 +141,25 @@ class Prior:
     behaviour: Floats
     performance: Floats
     damaged: Floats | None = None
+    damage: tuple[str, ...] = ()
 
     @property
     def best(self) -> float:
         """Best performance on the intact body, above 0."""
         return float(self.performance.max())
+
+    def simulate(self, genomes: Genomes) -> Floats:
+        """Return the mean performance on the intact body and that with the known damage.
+
+        It is 0 in rigid-body physics, where simulations take too long, (genomes,).
+        """
+        if self.experiment.organism.dynamic:
+            return np.zeros(len(genomes))
+        bodies = [self.experiment]
+        if self.damage:
+            bodies.append(damage_body(self.experiment, self.damage))
+        values = (performance(body, genomes, self.measure) for body in bodies)
+        return np.asarray(sum(values) / len(bodies))
 
     def individual(self, member: int) -> Individual:
         """Return the gait of a member, counted from 1, on the intact body; it has no terms."""
@@ -217,6 +232,7 @@ def read_prior(
         _behaviour(members),
         performed,
         evaluated(damage_body(experiment, damage), f"{measure} {damage}") if damage else None,
+        tuple(damage),
     )
 
 

@@ -14,7 +14,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from gaitsim.adaptation.changes import best_change, genes_of
+from gaitsim.adaptation.changes import best_change
 from gaitsim.adaptation.prior import (
     DEFAULT_MEASURE,
     Floats,
@@ -162,10 +162,7 @@ def propose(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings)
     if _ending_of_map(prior, trials, settings, prediction):
         if refinements(trials) < settings.refine:
             return propose_change(prior, trials)
-        best = best_of(trials)
-        if best is not None and settings.refine and best.count <= settings.repeats:
-            return Proposal(best.number, best.member, best.measured, 0.0, genome=best.genome)
-        return None
+        return _repetition(trials, settings)
     bound = prediction.mean + settings.kappa * prediction.deviation
     bound[[trial.member - 1 for trial in trials]] = -np.inf
     chosen = int(np.argmax(bound))
@@ -180,8 +177,8 @@ def propose_change(prior: Prior, trials: Sequence[Trial]) -> Proposal:
     tried = [root, *(trial for trial in trials if trial.genome)]
     genomes = np.stack([genome_of(prior, trial) for trial in tried])
     measured = np.array([trial.safe for trial in tried])
-    space, number = genes_of(prior.experiment), len(trials) + 1
-    genome, expected, deviation = best_change(space, genomes, measured, number)
+    number = len(trials) + 1
+    genome, expected, deviation = best_change(prior, genomes, measured, number)
     return Proposal(number, root.member, expected, deviation, genome=genome)
 
 
@@ -192,12 +189,19 @@ def refinements(trials: Sequence[Trial]) -> int:
 
 def ending(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) -> str:
     """Return why the adaptation has ended, one sentence; '' until then."""
-    if propose(prior, trials, settings) is not None:
-        return ""
+    reason = _ending_of_map(prior, trials, settings, predict_performance(prior, trials, settings))
     count = refinements(trials)
-    if count:
-        return f"{count} changes of the best gait were tried"
-    return _ending_of_map(prior, trials, settings, predict_performance(prior, trials, settings))
+    if not reason or count < settings.refine or _repetition(trials, settings):
+        return ""
+    return f"{count} changes of the best gait were tried" if count else reason
+
+
+def _repetition(trials: Sequence[Trial], settings: AdaptationSettings) -> Proposal | None:
+    """Return the best gait if it is to be measured again after changed gaits."""
+    best = best_of(trials)
+    if best is None or not refinements(trials) or best.count > settings.repeats:
+        return None
+    return Proposal(best.number, best.member, best.measured, 0.0, genome=best.genome)
 
 
 def individual_of(prior: Prior, proposal: Proposal) -> Individual:

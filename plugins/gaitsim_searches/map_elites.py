@@ -65,7 +65,7 @@ def uniform_crossover(genomes: Genomes, others: Genomes, rng: np.random.Generato
 
 
 _MOST_CELLS = 1_000_000
-_MOST_CENTROIDS = 50_000
+_MOST_CENTROIDS = 200_000
 _MOST_BYTES = 64_000_000
 _FARTHEST = 1e100  # largest end of an axis, so that differences are finite
 
