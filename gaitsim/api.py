@@ -51,6 +51,7 @@ from gaitsim.sharing.challenge import (
     verify_challenge,
 )
 from gaitsim.steering import driven
+from gaitsim.storage.accounts import FilesVerdict
 from gaitsim.storage.background import last_failure
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.checkpoint import Start
@@ -70,6 +71,7 @@ from gaitsim.storage.query import check_keys, parse_query, sort_runs
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import Verdict, verify as verify_run
 from gaitsim.storage.writer import RunWriter
+from gaitsim.verifying import files_kind, verify_files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -316,15 +318,18 @@ def export(subject: Shown, path: str | Path, format: str | None = None, **option
     return _opened(subject).export(path, format, **options)
 
 
-def verify(subject: "str | Path | Challenge | Individual | Run") -> Verdict | Checked:
-    """Verify a run, an individual, or a challenge code, bit for bit.
+def verify(
+    subject: "str | Path | Challenge | Individual | Run",
+) -> Verdict | Checked | FilesVerdict:
+    """Verify a run, an individual, a challenge code, a study, a comparison or an adaptation.
 
-    A run's files are compared and its generations reproduced; see `Run.verify`. The individual is
-    played otherwise, and its score compared.
+    A run's files are compared and its generations reproduced; see `Run.verify`. An individual is
+    played, and its score compared. Parts of a study, a comparison or an adaptation are repeated.
 
     Args:
-        subject: a run, its folder or its name under `runs/`; an individual; a challenge; or a text
-            or file that contains a challenge code.
+        subject: a run, its folder or its name under `runs/`; an individual; a challenge; a text or
+            file that contains a challenge code; the folder of a study or a comparison; or the file
+            of an adaptation in the folder of its atlas.
 
     Returns:
         The result, whose `identical` says whether all is identical.
@@ -336,7 +341,10 @@ def verify(subject: "str | Path | Challenge | Individual | Run") -> Verdict | Ch
         PluginError: a plugin fails.
     """
     if isinstance(subject, str | Path):
-        subject = find_challenge(str(subject)) or load(subject)
+        challenge = find_challenge(str(subject))
+        if challenge is None and files_kind(Path(subject)):
+            return verify_files(Path(subject))
+        subject = challenge or load(subject)
     if not isinstance(subject, Challenge):
         subject = _opened(subject)
     if isinstance(subject, Individual):

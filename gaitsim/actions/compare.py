@@ -37,8 +37,6 @@ if TYPE_CHECKING:
     from gaitsim.study.comparison import Findings, Sample
     from gaitsim.study.in_worlds import Ranking
 
-VALUES = "comparison.json"
-
 
 class CompareExperiments(Action):
     """Compare experiments statistically, with the same number of evaluations for each repeat.
@@ -127,10 +125,11 @@ class CompareExperiments(Action):
             GaitsimError: an option or an experiment has problems.
         """
         from gaitsim.storage.files.folder import free_name
+        from gaitsim.study.comparison import experiment_texts
 
         loaded = self.load()[2]
         wanted = _folder_of(loaded)
-        return _stopped(wanted, _texts(loaded), self.repeats) or free_name(wanted)
+        return _stopped(wanted, experiment_texts(loaded), self.repeats) or free_name(wanted)
 
     def do(self) -> None:
         """Evolve the repeats, and write the report."""
@@ -138,7 +137,7 @@ class CompareExperiments(Action):
         from gaitsim.console.printing import notice, print_json
         from gaitsim.console.unseen import check_worlds
         from gaitsim.storage.files.folder import check_links, command, create_folder
-        from gaitsim.study.comparison import warning
+        from gaitsim.study.comparison import experiment_texts, warning
 
         check_worlds(self.worlds, self.world_seed)
         if self.worlds is not None:
@@ -147,7 +146,7 @@ class CompareExperiments(Action):
         aims, budget, loaded = self.load()
         if problem := warning(loaded.values()):
             notice(f"Warning: {problem}")
-        texts, wanted = _texts(loaded), self.out or _folder_of(loaded)
+        texts, wanted = experiment_texts(loaded), self.out or _folder_of(loaded)
         with cluster(self.dask, self.workers) as executor:
             folder = _stopped(wanted, texts, self.repeats)
             if folder is None:
@@ -271,11 +270,6 @@ class CompareExperiments(Action):
         return found
 
 
-def _texts(experiments: Mapping[str, Experiment]) -> dict[str, str]:
-    """Return the experiments as the texts of files: `1.toml`, `2.toml` …"""
-    return {f"{place}.toml": one.to_toml() for place, one in enumerate(experiments.values(), 1)}
-
-
 def _repeats_folder(repeats: int) -> str:
     """Return the name of the folder of finished repeats, which exists until the report does."""
     return f"repeats-{repeats}"
@@ -324,7 +318,7 @@ def _write(folder: Path, findings: Findings, again: str, format: PlotFormat) -> 
     from gaitsim.render.plots.comparison import FIGURES
     from gaitsim.render.plots.style import LIGHT, save
     from gaitsim.storage.files.atomic import write_bytes
-    from gaitsim.study.comparison_report import CURVES, REPORT, TABLE, write_comparison
+    from gaitsim.study.comparison_report import CURVES, REPORT, TABLE, VALUES, write_comparison
 
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
     for path, draw in zip(figures, FIGURES.values(), strict=True):

@@ -30,8 +30,8 @@ from gaitsim.toml import literal
 
 if TYPE_CHECKING:
     from gaitsim.sharing.challenge import Challenge, Checked
+    from gaitsim.storage.accounts import FilesVerdict
     from gaitsim.storage.verification import Verdict
-    from gaitsim.study.verification import StudyVerdict
 
 
 DIFFERENT = 1  # exit code
@@ -40,7 +40,7 @@ SHOWN = 5  # generations that differ, and parts of one
 
 
 class VerifyResults(Action):
-    """Reproduce generations of a run, or the score of a challenge code, bit for bit.
+    """Repeat a run, study, adaptation or challenge code, and compare every bit.
 
     Given a challenge code, or a text that contains one, the command plays the individual and
     compares its score with the score in the code. That the individual is the best of its
@@ -52,8 +52,9 @@ class VerifyResults(Action):
     of every other; --all evolves all of it. A table says what was compared, and what cannot be
     known.
 
-    Given the folder of a study, the command runs ten of its cells again, or with --all the whole
-    study, and compares the scores, the table and the report.
+    Given the folder of a study, a comparison or a report of 'gaitsim adapt', or the file of an
+    adaptation, the command does some of it again, or with --all everything, and compares scores,
+    trials, tables and reports. --atlas names the run that a report adapts.
 
     The exit code is 0 if everything is identical, 1 if something differs or a file is damaged, and
     2 if nothing can be verified, such as a missing run or an invalid code.
@@ -72,12 +73,20 @@ class VerifyResults(Action):
 
     gaitsim verify studies/mine --all
 
+    gaitsim verify runs/spider-atlas/adaptations/L2-lost.json
+
+    gaitsim verify losses --atlas spider-atlas
+
     gaitsim verify gaitsim1-8gAAAGNl…
 
     gaitsim share spider | gaitsim verify -
     """
 
-    run: str = argument(RUN_OR_CODE, "RUN|CODE")
+    run: str = argument(
+        f"{RUN_OR_CODE}; or the folder of a study, a comparison or a report, or the file of an "
+        "adaptation",
+        "RUN|CODE|FILE",
+    )
     generations: Generations | None = option(
         None,
         "generations to reproduce; in full if their parents are kept",
@@ -93,13 +102,19 @@ class VerifyResults(Action):
         "names and public keys of known signers, as in ~/.ssh/allowed_signers",
         placeholder="FILE",
     )
+    atlas: str | None = option(
+        None,
+        "run of the atlas of an adaptation",
+        unset="the run whose folder contains it",
+        placeholder="RUN",
+    )
     workers: int | None = WORKERS
     json_lines: bool = JSON
 
     def do(self) -> None:
         """Verify the code or the run, and print the verdict."""
         from gaitsim.console.codes import read_challenge
-        from gaitsim.study.file import STUDY
+        from gaitsim.verifying import files_kind
 
         if self.all_ and self.generations is not None:
             raise not_combinable("--all", "--generations")
@@ -109,8 +124,11 @@ class VerifyResults(Action):
             if self.json_lines:
                 print_json({"identical": None, "error": error.to_dict()})
             raise
-        if challenge is None and os.path.lexists(os.path.join(self.run, STUDY)):  # noqa: PTH118
-            self._verify_study()
+        kind = files_kind(Path(self.run)) if challenge is None else ""
+        if kind:
+            self._verify_files(kind)
+        elif self.atlas is not None:
+            raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")
         elif challenge is None:
             self._verify_run()
         elif self.all_ or self.generations is not None or self.sign or self.signers:
@@ -122,26 +140,38 @@ class VerifyResults(Action):
         else:
             _verify_code(challenge, self.json_lines)
 
-    def _verify_study(self) -> None:
-        from gaitsim.study.verification import verify_study
+    def _verify_files(self, kind: str) -> None:
+        from gaitsim.verifying import verify_files
 
         for name in ("generations", "sign", "signers"):
             if getattr(self, name) is not None:
-                raise GaitsimError(f"a study has no {name}", where=f"--{name}", remedy="omit it")
-        folder = Path(self.run)
-        with interruptible(), Progress(folder.name, "cells") as progress:
-            verdict = verify_study(
-                folder,
+                what = "signature" if name == "sign" else name
+                raise GaitsimError(f"{_a(kind)} has no {what}", where=f"--{name}", remedy="omit it")
+        path = Path(self.run)
+        with interruptible(), Progress(path.name, "steps") as progress:
+            verdict = verify_files(
+                path,
+                self.atlas,
                 everything=self.all_,
                 workers=self.workers,
                 begin=progress.expect,
                 advance=progress.advance,
             )
         if self.json_lines:
-            more = {"identical": verdict.identical, "complete": verdict.complete}
-            print_json({"study": str(folder), **more, **asdict(verdict)})
+            print_json(
+                {
+                    kind.replace(" ", "_"): str(path),
+                    "identical": verdict.identical,
+                    "complete": verdict.complete,
+                    "total": verdict.total,
+                    "again": verdict.again,
+                    "differences": verdict.differences,
+                    "notes": verdict.notes,
+                    "files": [account._asdict() for account in verdict.accounts],
+                }
+            )
         else:
-            _print_study(folder, verdict)
+            _print_files(path, verdict)
         if not verdict.identical:
             sys.exit(DIFFERENT)
 
@@ -175,18 +205,22 @@ class VerifyResults(Action):
             sys.exit(DIFFERENT)
 
 
-def _print_study(folder: Path, verdict: StudyVerdict) -> None:
+def _a(noun: str) -> str:
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
+def _print_files(path: Path, verdict: FilesVerdict) -> None:
     some = "" if verdict.complete else " in all that was compared"
-    echo(f"{folder}: identical{some}" if verdict.identical else f"{folder}: different")
+    echo(f"{path}: identical{some}" if verdict.identical else f"{path}: different")
     for text in verdict.differences[:MOST_DIFFERENCES]:
         echo(f"  {text}")
     if len(verdict.differences) > MOST_DIFFERENCES:
         echo(f"  and {len(verdict.differences) - MOST_DIFFERENCES} more")
-    echo(f"{len(verdict.again)} of {verdict.cells} cells run again: {_ranges(verdict.again)}")
-    if not verdict.confirmed:
-        echo("the fresh repeats that confirm cells were not run again; --all does so")
-    if not verdict.finished:
-        echo("the study is not finished: it has no table and no report to compare")
+    ranges = f": {_ranges(verdict.again)}" if verdict.again else ""
+    echo(f"{len(verdict.again)} of {verdict.total} {verdict.parts} again{ranges}")
+    for note in verdict.notes:
+        echo(note)
+    print_table(("file", "compared", "cannot be known"), verdict.accounts)
 
 
 def _verify_code(challenge: Challenge, json: bool) -> None:

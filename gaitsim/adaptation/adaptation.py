@@ -259,6 +259,15 @@ def mismatch(found: Session, wanted: Session) -> str:
     return ""
 
 
+def check_members(path: Path, session: Session, members: int) -> None:
+    """Check that the session in a file names only members of an atlas of `members` members."""
+    named = (*session.intact, *(trial.member for trial in session.trials))
+    if not all(1 <= member <= members for member in named):
+        raise RunError(
+            f"{path} is damaged: it contains members that the atlas does not have", remedy=REMEDY
+        )
+
+
 def _format_value(value: object) -> str:
     return ", ".join(value) or "none" if isinstance(value, tuple) else repr(value)
 
@@ -576,11 +585,8 @@ def open_adaptation(
             + ", ".join(f"'{one}'" for one in LATER),
             remedy="start over with --fresh, or start a new adaptation with --name",
         )
-    named = (*session.intact, *(trial.member for trial in session.trials))
-    if not all(1 <= member <= len(members.scores) for member in named):
-        raise RunError(
-            f"{path} is damaged: it contains members that the atlas does not have", remedy=REMEDY
-        )
+    if path is not None:
+        check_members(path, session, len(members.scores))
     if session.settings.refine:
         genes_of(experiment)
     measure_gait = robot

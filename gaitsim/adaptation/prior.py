@@ -78,7 +78,7 @@ def read_intact(run: Path, measure: str, key: str, members: int) -> Floats | Non
         members: number of members.
     """
     try:
-        data = read_regular(_file(run, measure), _DIGEST + 8 * members)
+        data = read_regular(intact_file(run, measure), _DIGEST + 8 * members)
     except OSError:
         return None
     digest, content = data[:_DIGEST], data[_DIGEST:]
@@ -93,10 +93,11 @@ def write_intact(run: Path, measure: str, key: str, performance: Floats) -> None
     content = performance.astype("<f8").tobytes()
     with suppress(RunError):
         create_subfolder(run, ADAPTATIONS)
-        write_bytes(_file(run, measure), _digest(key, content) + content, follow=False)
+        write_bytes(intact_file(run, measure), _digest(key, content) + content, follow=False)
 
 
-def _file(run: Path, measure: str) -> Path:
+def intact_file(run: Path, measure: str) -> Path:
+    """Return the file that caches the performance of each member."""
     return run / ADAPTATIONS / f"intact-{re.sub(r'[^a-zA-Z0-9]+', '-', measure)[:80]}.bin"
 
 
@@ -180,18 +181,19 @@ def read_prior(
     measure: str = DEFAULT_MEASURE,
     damage: Sequence[str] = (),
     *,
+    cached: bool = True,
     workers: int | None = None,
     on_progress: OnProgress = lambda done: None,
     on_warning: OnWarning = lambda text: None,
 ) -> Prior:
     """Evaluate all members of an atlas on the intact body.
 
-    The result is cached in the run's folder, so that later calls need not evaluate the members.
-
     Args:
         run: run of a search that keeps an archive.
         measure: name of the performance measure.
         damage: damage that is known; all members are also evaluated on this body.
+        cached: whether to read and write a file in the run's folder, so that later calls need not
+            evaluate the members.
         workers: number of workers, which does not change the result; None for a number that suits
             the body.
         on_progress: called with the number of gaits evaluated since the last call.
@@ -203,11 +205,12 @@ def read_prior(
 
     def evaluated(body: Experiment, name: str) -> Floats:
         key = cache_key(run, measure, body)
-        found = read_intact(run.path, name, key, len(genomes))
+        found = read_intact(run.path, name, key, len(genomes)) if cached else None
         if found is None:
             with Evaluator(body, workers, on_warning) as evaluator:
                 found = _evaluate_map(evaluator, genomes, measure, on_progress)
-            write_intact(run.path, name, key, found)
+            if cached:
+                write_intact(run.path, name, key, found)
         else:
             on_progress(len(genomes))
         return found
@@ -251,6 +254,22 @@ def poverty(prior: Prior) -> str:
         f"The atlas has {count:,} gaits{walked}: too few or too slow to adapt well. Evolve it "
         f"further: {command('resume', prior.source, '--generations')} N"
     )
+
+
+def intact_differences(run: RunSnapshot, prior: Prior, damage: Sequence[str] = ()) -> list[str]:
+    """Return how cached performance of members differs from that of `read_prior`."""
+    maps = {prior.measure: (prior.experiment, prior.performance)}
+    if prior.damaged is not None:
+        body = damage_body(prior.experiment, damage)
+        maps[f"{prior.measure} {damage}"] = body, prior.damaged
+    found = []
+    for name, (body, performed) in maps.items():
+        key = cache_key(run, prior.measure, body)
+        cached = read_intact(run.path, name, key, len(performed))
+        if cached is not None and (cached != performed).any():
+            wrong = int(np.flatnonzero(cached != performed)[0]) + 1
+            found.append(f"{intact_file(run.path, name).name}: member {wrong} differs")
+    return found
 
 
 def cache_key(run: RunSnapshot, measure: str, experiment: Experiment) -> str:

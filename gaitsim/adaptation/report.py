@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import ClassVar
@@ -163,19 +164,67 @@ def make_report(
         on_case: called whenever a case finishes.
     """
     prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
-    damages, experiment = leg_losses(prior.experiment, pairs=pairs), prior.experiment
-    place: Place = "physics" if physics else "simulation"
-    path, settings = folder / FILE, settings or AdaptationSettings()
+    damages, path = leg_losses(prior.experiment, pairs=pairs), folder / FILE
     with writing(folder):
         folder.mkdir(parents=True, exist_ok=True)
-    atlas = atlas_checksum(atlas_members(run))
-    report = _stored_report(
-        path, AdaptationReport(atlas, place, measure, prior.unit, settings, {}), len(prior.genomes)
+    wanted = AdaptationReport(
+        atlas_checksum(atlas_members(run)),
+        "physics" if physics else "simulation",
+        measure,
+        prior.unit,
+        settings or AdaptationSettings(),
+        {},
     )
+    found = read_report(path, len(prior.genomes))
+    if found and replace(found, intact={}, cases=()) != wanted:
+        raise RunError(
+            f"{path} contains a report on a different atlas or with different options",
+            remedy=_REMEDY,
+        )
+    report = complete_report(
+        run,
+        prior,
+        found or wanted,
+        damages,
+        save=partial(_write, path),
+        workers=workers,
+        on_atlas=on_atlas,
+        on_case=on_case,
+    )
+    known = {case.damage: case for case in report.cases}
+    return replace(report, cases=tuple(known[damage] for damage in damages))
+
+
+def complete_report(
+    run: RunSnapshot,
+    prior: Prior,
+    report: AdaptationReport,
+    damages: Sequence[tuple[str, ...]],
+    *,
+    save: Callable[[AdaptationReport], object] = lambda report: None,
+    cached: bool = True,
+    workers: int | None = None,
+    on_atlas: OnProgress = lambda done: None,
+    on_case: OnSteps = lambda done, total: None,
+) -> AdaptationReport:
+    """Add the measurements on the intact body and the adaptations that a report lacks.
+
+    Args:
+        run: run of the atlas.
+        prior: map of the atlas for its own body.
+        report: report to complete.
+        damages: cases that it must have.
+        save: called with the report after each step.
+        cached: whether measurements on the intact twin are stored in the run's folder.
+        workers: number of gaits tried at a time; None for the number of cores.
+        on_atlas: called with the number of gaits measured on the intact body since the last call.
+        on_case: called whenever a case finishes.
+    """
+    physics = report.place == "physics"
     stopped = threading.Event()
 
     def stoppable_robot(damage: Sequence[str]) -> MeasureGait:
-        robot = simulated_robot(experiment, damage, measure, physics=physics)
+        robot = simulated_robot(prior.experiment, damage, report.measure, physics=physics)
 
         def measure_gait(individual: Individual) -> float:
             if stopped.is_set():
@@ -189,28 +238,31 @@ def make_report(
             if not report.intact:
                 found = {most_promising(prior, 1)[0]: prior.best}
                 if physics:
-                    found = measure_intact(run, prior, stoppable_robot(()), pool, on_atlas)
+                    robot = stoppable_robot(())
+                    found = measure_intact(run, prior, robot, pool, on_atlas, cached=cached)
                 report = replace(report, intact=found)
-                _write(path, report)
+                save(report)
             if physics:
                 prior = transfer_map(prior, report.intact)
             known = {case.damage: case for case in report.cases}
             missing = [damage for damage in damages if damage not in known]
             on_case(len(damages) - len(missing), len(damages))
             adapting = [
-                pool.submit(_adapt_to_damage, prior, damage, stoppable_robot(damage), settings)
+                pool.submit(
+                    _adapt_to_damage, prior, damage, stoppable_robot(damage), report.settings
+                )
                 for damage in missing
             ]
             for done in as_completed(adapting):
                 known[done.result().damage] = done.result()
                 ordered = [*filter(known.__contains__, damages), *(known.keys() - {*damages})]
                 report = replace(report, cases=tuple(known[damage] for damage in ordered))
-                _write(path, report)
+                save(report)
                 on_case(len(known), len({*damages, *known}))
         finally:
             stopped.set()
             pool.shutdown(cancel_futures=True)
-    return replace(report, cases=tuple(known[damage] for damage in damages))
+    return report
 
 
 class _StoppedError(Exception):
@@ -227,28 +279,25 @@ def _adapt_to_damage(
     return Case(damage, trials, random)
 
 
-def _stored_report(path: Path, wanted: AdaptationReport, members: int) -> AdaptationReport:
-    """Return the report in a file, or `wanted` if the file does not exist."""
-    remedy = "delete the file, or choose a different folder"
+_REMEDY = "delete the file, or choose a different folder"
+
+
+def read_report(path: Path, members: int) -> AdaptationReport | None:
+    """Return the report in a file on an atlas of `members` members; None if there is none."""
     try:
         found = _REPORT.validate_json(read_regular(path, _LARGEST))
         reason = _inconsistency(found, members)
     except FileNotFoundError:
-        return wanted
+        return None
     except OSError as error:
-        raise RunError(f"cannot read {path}: {error.strerror}", remedy=remedy) from None
+        raise RunError(f"cannot read {path}: {error.strerror}", remedy=_REMEDY) from None
     except ValidationError as error:
         key, what = first_problem(error, "report")
-        raise RunError(f"{path} is damaged: {key}: {what}", remedy=remedy) from None
+        raise RunError(f"{path} is damaged: {key}: {what}", remedy=_REMEDY) from None
     except GaitsimError as error:  # invalid settings
-        raise RunError(f"{path} is damaged: {error.what}", remedy=remedy) from None
+        raise RunError(f"{path} is damaged: {error.what}", remedy=_REMEDY) from None
     if reason:
-        raise RunError(f"{path} is damaged: {reason}", remedy=remedy)
-    if replace(found, intact={}, cases=()) != wanted:
-        raise RunError(
-            f"{path} contains a report on a different atlas or with different options",
-            remedy=remedy,
-        )
+        raise RunError(f"{path} is damaged: {reason}", remedy=_REMEDY)
     return found
 
 
@@ -271,6 +320,12 @@ def _inconsistency(report: AdaptationReport, members: int) -> str:
 
 def _write(path: Path, report: AdaptationReport) -> None:
     write_bytes(path, _REPORT.dump_json(report, indent=1) + b"\n", follow=False)
+
+
+def figure_names(report: AdaptationReport) -> list[str]:
+    """Return the files of the figures of a report."""
+    pairs = any(len(case.damage) == 2 for case in report.cases)
+    return ["kept.svg", *(["pairs.svg"] if pairs else [])]
 
 
 TRIALS, SUMMARY = "trials.csv", "report.md"

@@ -9,7 +9,7 @@ second trial of the same gait would add almost no information.
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -88,6 +88,11 @@ class Trial(Proposal):
         return self.measured if self.lowest is None else self.lowest
 
 
+def proposal_of(trial: Trial) -> Proposal:
+    """Return the proposal of a trial."""
+    return Proposal(**{one.name: getattr(trial, one.name) for one in fields(Proposal)})
+
+
 # The scale of the robot has a log-normal prior with the median 1. A gait's performance differs from
 # the scaled map by a standard deviation of SPREAD, as a share of the best in the map. Both were
 # chosen on one atlas in kinematics, for the loss of each leg and pair of legs.
@@ -163,6 +168,12 @@ def propose(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings)
         if refinements(trials) < settings.refine:
             return propose_change(prior, trials)
         return _repetition(trials, settings)
+    return _propose_of_map(prediction, trials, settings)
+
+
+def _propose_of_map(
+    prediction: Prediction, trials: Sequence[Trial], settings: AdaptationSettings
+) -> Proposal:
     bound = prediction.mean + settings.kappa * prediction.deviation
     bound[[trial.member - 1 for trial in trials]] = -np.inf
     chosen = int(np.argmax(bound))
@@ -180,6 +191,18 @@ def propose_change(prior: Prior, trials: Sequence[Trial]) -> Proposal:
     number = len(trials) + 1
     genome, expected, deviation = best_change(prior, genomes, measured, number)
     return Proposal(number, root.member, expected, deviation, genome=genome)
+
+
+def right_proposal(
+    prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings, proposal: Proposal
+) -> Proposal:
+    """Return the proposal that follows from earlier trials, in place of a recorded one.
+
+    When the trials of the map end does not matter, as a user may change `trials` and `stop`.
+    """
+    if (proposal.genome or refinements(trials)) and not all(trial.genome for trial in trials):
+        return propose_change(prior, trials)
+    return _propose_of_map(predict_performance(prior, trials, settings), trials, settings)
 
 
 def refinements(trials: Sequence[Trial]) -> int:
@@ -336,10 +359,10 @@ def measure_intact(
     measure_gait: MeasureGait,
     pool: Executor,
     on_progress: OnProgress = lambda done: None,
+    *,
+    cached: bool = True,
 ) -> dict[int, float]:
     """Measure the most promising gaits on the intact twin in rigid-body physics.
-
-    The result is cached in the run's folder for adaptations to other damage.
 
     Args:
         run: run of the atlas.
@@ -347,6 +370,8 @@ def measure_intact(
         measure_gait: function that measures a gait on the twin.
         pool: thread pool in which the gaits are measured.
         on_progress: called with the number of gaits measured since the last call.
+        cached: whether to read and write a file in the run's folder, which serves adaptations to
+            other damage.
 
     Returns:
         The measured performance by member, counted from 1.
@@ -354,7 +379,7 @@ def measure_intact(
     members = most_promising(prior, MAX_MEASURED)
     first = measure_gait(prior.individual(members[0]))  # loads the engine, which the key names
     name, key = f"{prior.measure} physics", cache_key(run, prior.measure, twin_of(prior.experiment))
-    values = read_intact(run.path, name, key, len(members))
+    values = read_intact(run.path, name, key, len(members)) if cached else None
     if values is None:
         found = [first]
         on_progress(1)
@@ -362,7 +387,8 @@ def measure_intact(
             found.append(value)
             on_progress(1)
         values = np.array(found)
-        write_intact(run.path, name, key, values)
+        if cached:
+            write_intact(run.path, name, key, values)
     else:
         on_progress(len(members))
     if not values.max() > 0:

@@ -40,7 +40,7 @@ app = group(
         "share": "Print the champion as a challenge code, which others can verify.",
         "gallery": "Create a website from a folder of runs, with a page for each run that plays "
         "its champion.",
-        "verify": "Reproduce generations of a run, or the score of a challenge code, bit for bit.",
+        "verify": "Repeat a run, study, adaptation or challenge code, and compare every bit.",
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets: the experiments that packages provide.",

@@ -12,6 +12,7 @@ from gaitsim.adaptation.report import (
     SUMMARY,
     TRIALS,
     AdaptationReport,
+    figure_names,
     make_report,
     summary,
     trials_table,
@@ -237,12 +238,10 @@ def _compute(
 
 def _write(report: AdaptationReport, name: str, folder: Path) -> None:
     heading = f"{name}, {'physics' if report.place == 'physics' else 'simulation'}"
-    figures = {"kept.svg": kept_figure(report, heading)}
-    if any(len(case.damage) == 2 for case in report.cases):
-        figures["pairs.svg"] = pairs_figure(report, heading)
-    text = summary(report, name, [*figures])
-    for file, figure in figures.items():
-        save(figure, folder / file)
+    figures = figure_names(report)
+    for file, draw in zip(figures, (kept_figure, pairs_figure), strict=False):
+        save(draw(report, heading), folder / file)
+    text = summary(report, name, figures)
     write_bytes(folder / TRIALS, trials_table(report).encode())
     write_bytes(folder / SUMMARY, text.encode())
     echo(text.split("\n\n!")[0].rstrip())

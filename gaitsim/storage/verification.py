@@ -15,7 +15,9 @@ from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import Generation, evolve, island_map, reevaluate
 from gaitsim.experiment import Experiment
+from gaitsim.opening import is_folder
 from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.storage.accounts import Account
 from gaitsim.storage.consistency import (
     inconsistencies,
     population_out_of_bounds,
@@ -24,6 +26,7 @@ from gaitsim.storage.consistency import (
 )
 from gaitsim.storage.files.checkpoint import Checkpoint
 from gaitsim.storage.files.folder import (
+    ADAPTATIONS,
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
@@ -57,20 +60,6 @@ QUICK = 60.0
 
 BATCH = 256
 """Number of best individuals that are evaluated together."""
-
-
-class Account(NamedTuple):
-    """The comparisons of a file of a run.
-
-    Attributes:
-        file: name of the file or folder.
-        compared: parts that were compared or reproduced.
-        unknown: parts that nothing in the folder can prove; '' if there are none.
-    """
-
-    file: str
-    compared: str
-    unknown: str = ""
 
 
 class Reproduced(NamedTuple):
@@ -522,5 +511,7 @@ def _accounts(
         rows.append(Account(f"{POPULATIONS}/", f"{also:,} of {len(kept):,} {again}; {consistent}"))
     if run.start is not None:
         rows.append(Account(START, f"generation 1 {again} from it" if 1 in full else "not used"))
+    if is_folder(run.path / ADAPTATIONS):
+        rows.append(Account(f"{ADAPTATIONS}/", "not compared", "trials: verify each of its files"))
     rows.append(Account(PROVENANCE, "compared with this machine", "what it states of the past"))
     return tuple(rows)

@@ -144,6 +144,11 @@ def equal_budgets(
     }
 
 
+def experiment_texts(experiments: Mapping[str, Experiment]) -> dict[str, str]:
+    """Return the experiments as the texts of files: `1.toml`, `2.toml` …"""
+    return {f"{place}.toml": one.to_toml() for place, one in enumerate(experiments.values(), 1)}
+
+
 def warning(experiments: Iterable[Experiment]) -> str:
     """Return a warning if the scores of experiments are not comparable, else ''."""
     outlines = [read_outline(one.to_toml(), one.name) for one in experiments]

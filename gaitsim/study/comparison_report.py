@@ -287,7 +287,7 @@ def remarks(findings: Findings) -> list[tuple[str, str]]:
     return [*warning, *(("Note:", note) for note in findings.notes)]
 
 
-REPORT, TABLE, CURVES = "report.md", "results.csv", "ecdf.csv"
+REPORT, TABLE, CURVES, VALUES = "report.md", "results.csv", "ecdf.csv", "comparison.json"
 
 
 def write_comparison(folder: Path, findings: Findings, command: str, figures: list[Path]) -> None:

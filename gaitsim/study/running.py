@@ -210,6 +210,11 @@ def read_result(folder: Path, study: Study, cell: Cell, place: str = CELLS) -> B
     return _read_best(_file(folder / place, study, cell), shape)
 
 
+def write_result(folder: Path, study: Study, cell: Cell, best: Best, place: str = CELLS) -> None:
+    """Write the result of a cell to the subfolder `place`, which exists."""
+    _write_best(_file(folder / place, study, cell), best)
+
+
 def _read_best(path: Path, shape: tuple[int, int]) -> Best | None:
     """Return the best scores in a file; None if it is missing or damaged."""
     start = io.BytesIO()
@@ -276,7 +281,7 @@ def run_cells(
         executor.check(cell.experiment for cell in ordered)
         for number, best in executor.each(_run_cell, tasks):
             cell = ordered[number]
-            _write_best(_file(folder / place, study, cell), best)
+            write_result(folder, study, cell, best, place)
             yield cell
     except WorkerLostError as error:
         raise GaitsimError(

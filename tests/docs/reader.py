@@ -29,7 +29,7 @@ GUIDE = ROOT / "docs" / "plugins.md"
 FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE}
 
 NOT_RUN = {
-    r"gaitsim verify .*(--sign |studies/mine)": "needs a private key, or a study; tested elsewhere",
+    r"gaitsim verify .*(--sign |s/mine|/adaptations/|--atlas )": "needs a key or files",
     r"^(?!(\w+=\w+ )?gaitsim \w)": "another program: sets something up, or has a test of its own",
     r"tcp://host:8786": "needs a cluster",
     r"champions/generation-0000": "a file of a run with all its individuals",

@@ -9,7 +9,7 @@ import pytest
 from run_helpers import evolve_run
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import with_overrides
+from gaitsim.experiment import load_experiment, parse_assignments, with_overrides
 from gaitsim.storage.consistency import expected_chain
 from gaitsim.storage.creation import champion_of, create_run
 from gaitsim.storage.files.checkpoint import pack, read_champion, read_checkpoint, read_start
@@ -20,7 +20,6 @@ from gaitsim.storage.verification import verify
 
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
 LAST, MIDDLE = 10, 5
-THRESHOLD = "evolution.fitness_threshold=-20"
 FRONT = ("search.plugin=nsga-2", "search.objectives.reach=max", "search.objectives.price=max")
 ARCHIVE = ("search.plugin=map-elites", "search.axes.reach=[-2, 3]", "search.cells=[8]")
 KINDS = {
@@ -38,9 +37,21 @@ KINDS = {
     "stages": (),
     "started": (),
 }
-
-
-SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != "stages"]
+SHORT = "organism.duration=0.5", "evolution.population=4"
+PRESETS = {
+    "spider atlas": (
+        "spider-atlas",
+        "evolution.population=12",
+        "search.emitters=4",
+        "search.start=random",
+    ),
+    "robot": ("hexapod", *SHORT),
+    "robot atlas": ("hexapod-atlas", *SHORT),
+}
+SLOW = [
+    pytest.param(kind, marks=pytest.mark.slow) for kind in (*KINDS, *PRESETS) if kind != "stages"
+]
+KEEP = "evolution.keep_every=4", "evolution.fitness_threshold=-20"
 
 
 @pytest.fixture(params=["stages", *SLOW])
@@ -50,9 +61,11 @@ def run(request, puppet, tmp_path, once):
     path = tmp_path / kind
 
     def create():
-        experiment = puppet(
-            "evolution.population=12", "evolution.keep_every=4", THRESHOLD, *KINDS[kind]
-        )
+        if kind in PRESETS:
+            preset, *options = PRESETS[kind]
+            experiment = load_experiment(preset, parse_assignments([*KEEP, *options]))
+        else:
+            experiment = puppet("evolution.population=12", *KEEP, *KINDS[kind])
         start = None
         if kind == "started":
             other = create_run(experiment, tmp_path / "other")
@@ -183,7 +196,7 @@ for _name in (CHECKPOINT, PREVIOUS):
 @pytest.mark.parametrize("tamper", FILES_REVEAL.values(), ids=FILES_REVEAL)
 def test_the_files_reveal_it(run, tamper):
     tamper(run.path)
-    assert found(run.path, everything=False)
+    assert found(run.path, generations=[1])
 
 
 # Forgeries that are consistent with all checksums, which reproducing the run reveals

@@ -104,6 +104,12 @@ async def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
         assert screen.trials.table.row_count == len(trials) > 0
         assert {*screen.trials.map.marks} == {trial.member for trial in trials}
         assert read_session(session_file(atlas, "L2-lost")).trials == trials
+        await driver.press("v")
+        verify = await driver.at("Verify")
+        assert verify.command_line() == "gaitsim verify runs/atlas/adaptations/L2-lost.json"
+        await driver.until(lambda: "identical" in driver.text("#verify-state"))
+        await driver.press("escape")
+        await driver.until(lambda: driver.screen is screen)
         walk, best = screen.adapted.walk, screen.adaptation.best
         assert walk.individual.member.number == best.member
         assert walk.forward == pytest.approx(best.measured)

@@ -83,12 +83,19 @@ class TestStudies:
             assert results.command_line() == "gaitsim study studies/small"
             await driver.press("f", "down", "p")
             await driver.until(lambda: "Copied" in driver.notifications())
-            await driver.press("escape")
+            await driver.press("v")
+            verify = await driver.at("Verify")
+            assert verify.command_line() == "gaitsim verify studies/small"
+            await driver.until(lambda: "identical" in driver.text("#verify-state"))
+            assert "2 of 2 cells run again" in driver.text("#verify-result")
+            await driver.press("escape", "escape")
+            await driver.until(lambda: driver.screen is screen)
+            assert screen.to_verify == Path("studies/small")
             next(Path("studies/small/cells").iterdir()).unlink()
             await driver.until(lambda: "stopped" in rows(driver)[0][1])
             assert "50 %" in rows(driver)[0][2]
             await driver.press("g")
-            await driver.until(lambda: len(driver.app.tasks.all) == 2 and ended(driver))
+            await driver.until(lambda: len(driver.app.tasks.all) == 3 and ended(driver))
             await driver.until(lambda: "finished" in rows(driver)[0][1])
 
 
@@ -149,7 +156,7 @@ class TestVerify:
             driver.app.pop_screen()
             driver.app.screen.show_screen("live.Live", run)
             live = await driver.at("Live")
-            await driver.until(lambda: live.run_to_verify == run)
+            await driver.until(lambda: live.to_verify == run)
             assert "screen.verify" in driver.offered()
 
     async def test_a_failed_verification_shows_the_reason(self, walk, drive):

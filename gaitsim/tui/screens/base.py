@@ -113,8 +113,8 @@ class GaitScreen(Screen[None]):
         return None
 
     @property
-    def run_to_verify(self) -> Path | None:
-        """The run on the screen, or None if it has no generation to reproduce."""
+    def to_verify(self) -> Path | None:
+        """The run, study or adaptation on the screen; None if it has nothing to repeat."""
         return None
 
     def palette(self) -> Iterable[PaletteCommand]:
@@ -230,9 +230,9 @@ class GaitScreen(Screen[None]):
         self.show_screen("studies.Studies")
 
     def action_verify(self) -> None:
-        """Reproduce generations of the run and compare every bit."""
-        if self.run_to_verify is not None:
-            self.show_screen("verify.Verify", self.run_to_verify)
+        """Repeat the run, study or adaptation and compare every bit."""
+        if self.to_verify is not None:
+            self.show_screen("verify.Verify", self.to_verify)
 
     @work(group="ask")
     async def verify_code(self) -> None:
@@ -274,7 +274,7 @@ class GaitScreen(Screen[None]):
         if action == "back":
             return len(self.app.screen_stack) > 1
         if action == "verify":
-            return self.is_mounted and self.run_to_verify is not None
+            return self.is_mounted and self.to_verify is not None
         if action == "steer" and not (self.is_mounted and self.choice is not None):
             return False
         if self.is_mounted and self.obstacle(action):

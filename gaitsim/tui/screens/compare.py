@@ -225,7 +225,7 @@ Curves of several runs in one plot, updated while runs evolve.
         self.by = _next(AXES, self.by)
 
     @property
-    def run_to_verify(self) -> Path | None:
+    def to_verify(self) -> Path | None:
         run = self._chosen
         return run.path if run is not None and run.generation else None
 

@@ -346,7 +346,7 @@ other terminals.
         self.set_focus(self._table)
 
     @property
-    def run_to_verify(self) -> Path | None:
+    def to_verify(self) -> Path | None:
         run = self.current()
         return run.path if run and run.generation and run.problem is None else None
 

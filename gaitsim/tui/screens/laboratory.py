@@ -87,7 +87,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
   you chose improves the predictions.
 - **Map**: the expected performance of each gait after the trials. Trials are marked by their
   numbers, the best by ★.
-- **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search.
+- **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search. **Verify** computes
+  and measures them again.
 - Enter or a click on a trial shows it again. **Replay** and **Export** apply to the gait shown, on
   the damaged body of the run.
 - **Physics** switches to the body's twin in rigid-body physics, if it has one.
@@ -393,6 +394,11 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
     @property
     def choice(self) -> RunChoice:
         return RunChoice(self.run, self.shown or self.which, damage_texts(self.damage))
+
+    @property
+    def to_verify(self) -> Path | None:
+        found = self.adaptation
+        return None if found is None or self.is_busy("adapt") or not found.trials else found.path
 
     def command_line(self) -> str:
         options = damage_options(damage_texts(self.damage))

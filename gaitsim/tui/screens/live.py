@@ -90,7 +90,7 @@ with `gaitsim attach`.
         return RunChoice(self.run)
 
     @property
-    def run_to_verify(self) -> Path | None:
+    def to_verify(self) -> Path | None:
         return self.run if self.snapshot.generation else None
 
     @property

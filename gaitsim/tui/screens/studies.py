@@ -14,7 +14,14 @@ from gaitsim.errors import GaitsimError
 from gaitsim.registry import STUDIES, entries
 from gaitsim.render.terminal.text import ago, visible, visible_lines
 from gaitsim.storage.files.folder import command
-from gaitsim.study.results import DEFAULT_FOLDERS, Section, StudyFolder, list_folders, sections
+from gaitsim.study.results import (
+    DEFAULT_FOLDERS,
+    REPORT,
+    Section,
+    StudyFolder,
+    list_folders,
+    sections,
+)
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths
@@ -54,7 +61,8 @@ random populations.
   repeats: starting it again continues it.
 
 Both run in the background. **Open** shows tables, intervals, tests and files. **Parallel** shows
-the finished cells of a study in parallel coordinates.
+the finished cells of a study in parallel coordinates. **Verify** repeats a part of either and
+compares every bit.
 """
     BINDINGS = bindings("studies")
     DEFAULT_CSS = """
@@ -233,6 +241,13 @@ the finished cells of a study in parallel coordinates.
         if task is not None:
             self.gaitsim.tasks.stop(task)
 
+    @property
+    def to_verify(self) -> Path | None:
+        one = self._chosen()
+        if one is None or one.state == "running":
+            return None
+        return one.path if one.done or one.state == "finished" else None
+
     def command_line(self) -> str:
         one = self._chosen() if self.is_mounted else None
         if one is None:
@@ -329,6 +344,10 @@ Tab moves between tables; the arrow keys scroll a table that is wider than the s
     def _file(self) -> Path | None:
         """Return the highlighted file, while its table has the focus."""
         return next((table.chosen for table in self.query(FileTable) if table.has_focus), None)
+
+    @property
+    def to_verify(self) -> Path | None:
+        return self._folder if (self._folder / REPORT).exists() else None
 
     def action_files(self) -> None:
         self.query_one(FileTable).focus()

@@ -1,4 +1,4 @@
-"""Verify a run or a challenge code in the background; dialogs that show and ask for a code."""
+"""Verify runs, studies, trials and codes in the background; dialogs for challenge codes."""
 
 from pathlib import Path
 
@@ -23,19 +23,20 @@ LONGEST = 100_000  # maximum number of characters in a command's argument
 
 
 class Verify(GaitScreen):
-    """Reproduce generations of a run and show whether every bit is identical.
+    """Repeat a run, a study or an adaptation, and show whether every bit is identical.
 
     Args:
-        subject: folder of the run; or a challenge code, whose individual is played instead.
+        subject: folder of a run, a study or a comparison, or file of an adaptation; or a challenge
+            code, whose individual is played instead.
 
     Attributes:
         job: verification on the screen.
     """
 
     HELP_TEXT = """
-Generations are reproduced from the run's own options and compared with its files bit by bit: the
-first and the last in full, and the best individuals of some generations in between. **All**
-re-evolves the whole run until the first difference, which can take as long as the run did.
+A part of a run, a study or a comparison is repeated from its own options, or all trials of an
+adaptation, and compared with the files bit by bit. **All** repeats everything, a run until the
+first difference, which can take as long as it took at first.
 
 Verification continues in the background when you leave the screen; return to see the result.
 """
@@ -51,7 +52,7 @@ Verification continues in the background when you leave the screen; return to se
     def __init__(self, subject: Path | str) -> None:
         super().__init__()
         self._subject = str(subject)
-        self._is_run = isinstance(subject, Path)
+        self._is_file = isinstance(subject, Path)
         self.job: Task | None = None
 
     def content(self) -> ComposeResult:
@@ -62,7 +63,7 @@ Verification continues in the background when you leave the screen; return to se
 
     def on_mount(self) -> None:
         """Show the latest result for this run, or start a verification."""
-        name = visible(self._subject) if self._is_run else "a challenge code"
+        name = visible(self._subject) if self._is_file else "a challenge code"
         self.sub_title = f"verify {name}"
         own = [task for task in self.gaitsim.tasks.all
                if task.arguments[:2] == (VERB, self._subject)]  # fmt: skip
@@ -102,7 +103,7 @@ Verification continues in the background when you leave the screen; return to se
             lines.append(task.message)
         elif task.running:
             lines.append(
-                "Reproducing generations …" if self._is_run else "Playing the individual …"
+                "Repeating and comparing …" if self._is_file else "Playing the individual …"
             )
         self.query_one("#verify-result", Static).update(Text("\n".join(lines)))
         self.query_one("#verify-command", Static).update(Text(f"$ {visible(task.command)}"))
@@ -124,7 +125,7 @@ Verification continues in the background when you leave the screen; return to se
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         running = self.job is not None and self.job.running
         if action in ("some", "all"):
-            return not running and self._is_run
+            return not running and self._is_file
         if action == "stop":
             return running
         return super().check_action(action, parameters)
