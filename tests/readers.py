@@ -33,7 +33,7 @@ from small_robots import QUADRUPED
 
 from gaitsim import toml
 from gaitsim.adaptation.adaptation import Session, read_session, write_session
-from gaitsim.adaptation.report import _REPORT, AdaptationReport, Case, _stored_report
+from gaitsim.adaptation.report import _REPORT, AdaptationReport, Case, read_report
 from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.adaptation.trials import Trial
 from gaitsim.errors import ExperimentError, GaitsimError
@@ -606,7 +606,7 @@ SHARED = {
     "an adaptation": Reader(session, read_session, JSON),
     "a report on adaptations": Reader(
         written("report.json", _REPORT.dump_json(REPORT)),
-        lambda path: _stored_report(path, replace(REPORT, intact={}, cases=()), 5),
+        lambda path: read_report(path, 5),
         JSON,
     ),
     "a drive": Reader(driven, lambda path: load_experiment(str(path)), TOML),
