@@ -136,8 +136,8 @@ class Evaluator:
 
     def _seconds(self, individuals: int) -> float:
         start = time.perf_counter()
-        prepare(self.experiment, individuals)
-        return time.perf_counter() - start
+        prepare(self.experiment, individuals)  # in one world
+        return (time.perf_counter() - start) * (self.experiment.worlds.count or 1)
 
     def evaluate(self, genomes: Genomes, generation: int = 1) -> Evaluation:
         """Score genomes, (population, genes), in the worlds of a generation.

@@ -14,6 +14,7 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evaluation.worlds import draw_worlds, in_world
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import plugin_errors
 from gaitsim.registry.python_plugins import pickled, register_pickled
@@ -175,7 +176,7 @@ def _check_memory() -> None:
 
 
 def prepare(experiment: Experiment, individuals: int = 1) -> None:
-    """Evaluate random genomes, so that this process compiles or loads its kernels.
+    """Evaluate random genomes in one world, so that this process compiles or loads its kernels.
 
     A body that is a user's code is not called: its calls may be slow, and users count them.
     """
@@ -185,6 +186,9 @@ def prepare(experiment: Experiment, individuals: int = 1) -> None:
     with plugin_errors(experiment.entries["organism"], "drawing genomes"):
         space = experiment.organism.genome_space()
         genomes = space.random(individuals, np.random.default_rng(0))
+    worlds = draw_worlds(experiment, 1) if experiment.worlds.count else ()
+    if worlds:
+        experiment = in_world(experiment, worlds[0])
     # Compiling creates many objects that live on; 10% of the time would go to the collector.
     collecting = gc.isenabled()
     gc.disable()

@@ -73,7 +73,7 @@ class KeyQueue(App[None]):
         await self._deliver()
 
     async def _deliver(self) -> None:
-        while self._keys and not self._settling:
+        while self._keys and not self._settling and self.screen_stack:  # not at the end of the app
             if self._asks() and time.monotonic() - self._held_since < PATIENCE:
                 if not self._retries:
                     self._retries = True

@@ -21,6 +21,7 @@ from textual.filter import LineFilter
 from textual.screen import Screen
 from textual.widget import Widget
 from textual.widgets import DataTable, Input, OptionList, Static
+from textual.worker import WorkerFailed
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import THEME, Config, format_problem, remember
@@ -212,7 +213,9 @@ class Shell(ViKeys):
 
     def _fatal_error(self) -> None:
         """End the app after an unexpected error: save its traceback and print one message."""
-        error = self._exception
+        error: BaseException | None = self._exception
+        if isinstance(error, WorkerFailed):  # it has no traceback of its own
+            error = error.error
         with tempfile.NamedTemporaryFile(
             "w", prefix="gaitsim-", suffix=".txt", encoding="utf-8", delete=False
         ) as file:

@@ -284,6 +284,18 @@ def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatc
         assert "--workers 1" in error.value.remedy
 
 
+def test_preparing_takes_one_world_and_allows_for_the_others(puppet, puppets, monkeypatch):
+    experiment = puppet("organism.plugin=windy-puppet", "worlds.number=1000")
+    moved, move = [], puppets.WindyPuppet.move
+    monkeypatch.setattr(
+        puppets.WindyPuppet, "move", lambda self, genomes: moved.append(1) or move(self, genomes)
+    )
+    with Evaluator(experiment, 2) as evaluator:
+        evaluator.prepare()
+        assert len(moved) < 10
+        assert evaluator._scheduler.cost_model.first > 1000 * 1e-5  # s, as one call takes longer
+
+
 def test_a_failure_while_preparing_names_the_plugin(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: 1 / 0)
     with (

@@ -148,6 +148,17 @@ def test_every_dialog_is_in_the_table():
     assert {kind.__name__ for kind in Dialog.__subclasses__()} == {*DIALOGS}
 
 
+async def test_keys_held_at_the_end_of_the_app_are_dropped(two, drive):
+    async with drive() as driver:
+        app = driver.app
+        app._keys.append(Key("x", "x"))
+        stack = app._screen_stack[:]
+        app._screen_stack.clear()  # as when the window of a browser closes
+        await app._deliver()
+        assert app.holds_keys
+        app._screen_stack.extend(stack)
+
+
 @pytest.mark.sampled
 @pytest.mark.parametrize("dialog", DIALOGS)
 async def test_every_dialog_receives_a_burst(two, drive, received, dialog):

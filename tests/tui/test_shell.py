@@ -14,6 +14,7 @@ import pytest
 from textual.binding import Binding
 from textual.widgets import Input
 from textual.widgets._footer import FooterKey
+from textual.worker import WorkerFailed
 
 import gaitsim.tui
 from gaitsim.tui.app import GaitsimApp
@@ -442,17 +443,22 @@ asyncio.run(main())
         assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
-async def fail(app):
+async def fail(app, *, worker):
+    async def fails():
+        raise ZeroDivisionError
+
     async with app.run_test() as pilot:
-        app.call_later(lambda: 1 // 0)
+        app.run_worker(fails()) if worker else app.call_later(fails)
         await pilot.pause()
 
 
-async def test_an_unexpected_error_is_saved_and_reported(here, tmp_path, monkeypatch):
+@pytest.mark.parametrize("worker", [False, True])
+async def test_an_unexpected_error_is_saved_and_reported(here, tmp_path, monkeypatch, worker):
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     app = GaitsimApp(Path("runs"))
-    with pytest.raises(ZeroDivisionError):
-        await fail(app)
+    with pytest.raises((ZeroDivisionError, WorkerFailed)):
+        await fail(app, worker=worker)
     (file,) = tmp_path.glob("gaitsim-*.txt")
+    assert "in fails" in file.read_text()
     assert "ZeroDivisionError" in file.read_text()
     assert app.return_code == 1
