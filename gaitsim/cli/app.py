@@ -30,6 +30,8 @@ app = group(
         "play": "Play a champion in the terminal until Ctrl-C.",
         "analyse": "Report which gait evolved and how its score is made up.",
         "steer": "Steer a body with the keyboard: drive a robot in physics, or fly a fly.",
+        "drive": "Drive a real robot with the keyboard: stream a gait to its servos, 50 times a "
+        "second.",
         "adapt": "Find a gait for a damaged body in a few trials, guided by an atlas.",
         "imitate": "Train a network to imitate the champion or a gait file, and evaluate the "
         "gait that the network generates.",

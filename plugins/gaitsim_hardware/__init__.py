@@ -129,7 +129,8 @@ class Arduino(BusExporter):
     suffix: ClassVar[str] = ""
     format: ClassVar[str] = "arduino"
     stream: bool = option(
-        False, "write a sketch that plays pulses that a program sends over USB, instead of a gait"
+        False,
+        "write a sketch that plays what 'gaitsim drive --bus serial' sends, instead of a gait",
     )
 
     def write(self, subject: Subject, path: Path) -> Exported:

@@ -239,7 +239,7 @@ def _servo_texts(calibration: Calibration) -> dict[str, str]:
 
 
 def servo_checksum(calibration: Calibration) -> int:
-    """Return a CRC-32 of what a sketch knows of its servos: their outputs and limits."""
+    """Return a CRC-32 of the outputs and limits of the servos in a sketch."""
     return zlib.crc32(repr(sorted(_servo_texts(calibration).items())).encode())
 
 

@@ -1,4 +1,4 @@
-// Plays the servo pulses that a program sends over USB, on servos at @BOARDS_TEXT@, and
+// Plays the servo pulses that `gaitsim drive` sends over USB, on servos at @BOARDS_TEXT@, and
 // reports the tilt of an MPU6050 at 0x68. Written by gaitsim for @TITLE@.
 //
 // Before the first start: suspend the robot so that its feet touch nothing, set a low current
@@ -7,7 +7,7 @@
 // Connect the power supply of the servos to the boards' V+ terminal, never through the Arduino,
 // and connect all grounds. Set FORWARD, LEFT and UP below.
 //
-// The servos are switched off if no valid pulses arrive for TIMEOUT_MS, and when the program says so.
+// The servos are switched off if no valid pulses arrive for TIMEOUT_MS, and at the end of the program.
 //
 // Library: Adafruit PWM Servo Driver (Library Manager).
 

@@ -56,6 +56,76 @@ DIGITS = {"speed": 3, "turn": 1, "sideways": 3, "height": 4}
 NAMES = {"speed": "speed", "turn": "turn", "sideways": "sideways speed", "height": "height"}
 
 
+class Wheel:
+    """The commands of a driver, which presses of keys change by steps.
+
+    Args:
+        limits: largest commands, (4,), as `COMMAND`; the turn in rad/s.
+
+    Attributes:
+        drive: entries of the drive up to now.
+        limits: largest commands by name; the turn in °/s.
+    """
+
+    def __init__(self, limits: NDArray[np.float64]) -> None:
+        self.drive = [dict(STANDING)]
+        most = limits.copy()
+        most[COMMAND.index("turn")] *= 180 / np.pi
+        self.limits: dict[str, float] = dict(zip(COMMAND, most.tolist(), strict=True))
+        self._steps = dict.fromkeys(COMMAND, 0)
+        self._beyond, self._pushed = "", 0
+
+    def give(self, command: str, at: float) -> dict[str, float]:
+        """Change the command at a time, s; return the new entry of the drive, {} for none."""
+        entry = {"at": at}
+        self._beyond = ""
+        if command == "stop":
+            if not any(self._steps.values()):
+                return {}  # a held key would fill the drive with entries
+            self._steps = dict.fromkeys(COMMAND, 0)
+            entry |= dict.fromkeys(COMMAND, 0.0)
+        elif command == "push":
+            self._pushed += 1
+            entry |= {"push": PUSH, "direction": self._pushed * GOLDEN_ANGLE % 360.0}
+        elif command in CHANGES:
+            part, sign = CHANGES[command]
+            if abs(self._steps[part] + sign) > STEPS:
+                self._beyond = part
+                return {}
+            self._steps[part] += sign
+            entry[part] = self._wish(part)
+        else:
+            allowed = ", ".join(one.name for one in COMMANDS)
+            raise GaitsimError(f"unknown command {command!r}", allowed=allowed)
+        self.drive.append(entry)
+        return entry
+
+    def _wish(self, part: str) -> float:
+        return float(round(self._steps[part] / STEPS * self.limits[part], DIGITS[part]))
+
+    def facts(self) -> Mapping[str, str]:
+        """Return the command in force."""
+        speed, turn, sideways, height = map(self._wish, COMMAND)
+        found = {
+            "set speed": f"{speed:.2f} m/s",
+            "set turn": f"{turn:.0f} °/s",
+            "set sideways": f"{sideways:.2f} m/s",
+            "set height": f"{100 * height:+.1f} cm",
+        }
+        return {name: value.replace("-", "−") for name, value in found.items()}
+
+    def notice(self) -> str:
+        """Say which part of the command the gait cannot follow."""
+        part = self._beyond
+        if not part:
+            return ""
+        most = {
+            "turn": f"{self.limits['turn']:.0f} °/s",
+            "height": f"{100 * self.limits['height']:.1f} cm",
+        }.get(part, f"{self.limits[part]:.2f} m/s")
+        return f"The {NAMES[part]} is clipped to {most}: this gait cannot do more."
+
+
 class SteeredRobot(Steered):
     """A robot that stands at the start, and walks as a driver commands.
 
@@ -77,48 +147,23 @@ class SteeredRobot(Steered):
     ) -> None:
         self._simulation, self._pilot, self._framed = simulation, pilot, framed
         self._options = dict(options)
-        self._drive, self._new = [dict(STANDING)], list[dict[str, float]]()
+        self._new = list[dict[str, float]]()
         self._frames = round(LONGEST * FRAME_RATE) + 1
         self._target = np.zeros((1, self._frames, len(COMMAND)))
         self._walk = LockStep(simulation, pilot, self._target, Mover(simulation, 1))
         self._record = empty_record(simulation, 1, self._frames)
-        limits = self._pilot.rhythm.limits[0]
-        limits[COMMAND.index("turn")] *= 180 / np.pi
-        self._limits: dict[str, float] = dict(zip(COMMAND, limits.tolist(), strict=True))
-        self._steps = dict.fromkeys(COMMAND, 0)
-        self._beyond, self._pushed, self._now = "", 0, 0
+        self._wheel, self._now = Wheel(pilot.rhythm.limits[0]), 0
 
     def give(self, command: str) -> None:
         """Change the command by a step, stop, or push the robot."""
-        entry = {"at": self._now / FRAME_RATE}
-        self._beyond = ""
-        if command == "stop":
-            if not any(self._steps.values()):
-                return  # a held key would fill the drive with entries
-            self._steps = dict.fromkeys(COMMAND, 0)
-            entry |= dict.fromkeys(COMMAND, 0.0)
-        elif command == "push":
-            self._pushed += 1
-            entry |= {"push": PUSH, "direction": self._pushed * GOLDEN_ANGLE % 360.0}
-        elif command in CHANGES:
-            part, sign = CHANGES[command]
-            if abs(self._steps[part] + sign) > STEPS:
-                self._beyond = part
-                return
-            self._steps[part] += sign
-            entry[part] = self._wish(part)
-        else:
-            allowed = ", ".join(one.name for one in COMMANDS)
-            raise GaitsimError(f"unknown command {command!r}", allowed=allowed)
-        self._drive.append(entry)
+        entry = self._wheel.give(command, self._now / FRAME_RATE)
+        if not entry:
+            return
         self._new.append(entry)
         values = targets([{**entry, "at": 0.0}], 1, FRAME_RATE)[0]
         for column, name in enumerate(COMMAND):
             if name in entry:
                 self._target[0, self._now :, column] = values[column]
-
-    def _wish(self, part: str) -> float:
-        return float(round(self._steps[part] / STEPS * self._limits[part], DIGITS[part]))
 
     def advance(self, frames: int) -> Motion:
         """Simulate the next frames, which follow the robot standing at time 0."""
@@ -175,23 +220,12 @@ class SteeredRobot(Steered):
 
     def facts(self) -> Mapping[str, str]:
         """Return the command in force."""
-        speed, turn, sideways, height = map(self._wish, COMMAND)
-        found = {
-            "set speed": f"{speed:.2f} m/s",
-            "set turn": f"{turn:.0f} °/s",
-            "set sideways": f"{sideways:.2f} m/s",
-            "set height": f"{100 * height:+.1f} cm",
-        }
-        return {name: value.replace("-", "−") for name, value in found.items()}
+        return self._wheel.facts()
 
     def notice(self) -> str:
         """Say which part of the command the gait cannot follow."""
-        if part := self._beyond:
-            most = {
-                "turn": f"{self._limits['turn']:.0f} °/s",
-                "height": f"{100 * self._limits['height']:.1f} cm",
-            }.get(part, f"{self._limits[part]:.2f} m/s")
-            return f"The {NAMES[part]} is clipped to {most}: this gait cannot do more."
+        if beyond := self._wheel.notice():
+            return beyond
         share = self._pilot.scale
         if share < SHORTENED:
             return f"The strides for all commands together are too long: clipped to {share:.0%}."
@@ -200,7 +234,7 @@ class SteeredRobot(Steered):
     def drive(self) -> Mapping[str, Any]:
         """Return the commands up to now, their duration, and the other options."""
         return {
-            "drive": [dict(entry) for entry in self._drive],
+            "drive": [dict(entry) for entry in self._wheel.drive],
             "duration": max(self._now / FRAME_RATE, LEAST),
             **self._options,
         }

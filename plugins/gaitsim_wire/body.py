@@ -13,7 +13,7 @@ Floats = NDArray[np.float64]
 
 LONGEST = 1.0  # s, longest time simulated at once; a longer gap counts as a pause
 ROOM = 25.0  # °C
-HEATING = 40.0  # K, by which a servo warms at its continuous load
+HEATING = 6.0  # K, warming of a servo at its continuous load
 CONTINUOUS = 0.2  # share of the stall torque
 WARMING = 300.0  # s, time constant of the temperature
 

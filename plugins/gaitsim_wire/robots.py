@@ -1,14 +1,19 @@
 """The robot of an experiment, the calibration of its servos, and its emulator."""
 
 from pathlib import Path
+from typing import Any
 
 from gaitsim.contracts import Organism
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
+from gaitsim.legged import observed
+from gaitsim.registry import load_reflexes
 from gaitsim_hardware.calibration import Calibration, default_calibration
 from gaitsim_hardware.calibration_file import read_calibration
+from gaitsim_robot.feeling import Pilot
 from gaitsim_robot.organism import Robot
 from gaitsim_wire.body import Body
+from gaitsim_wire.buses import Bus, ServoBus as ServoClient, SketchBus
 from gaitsim_wire.emulator import Emulator, Noise, ServoBus, SketchBoard, parse_fault
 from gaitsim_wire.tables import TABLES
 
@@ -51,6 +56,40 @@ def calibration_of(robot: Robot, bus: str, file: Path | None) -> Calibration:
                 allowed=", ".join(TABLES[bus].models),
             )
     return found
+
+
+def bus_of(kind: str, port: Any, baud: int, calibration: Calibration, *, imu: bool) -> Bus:
+    """Return the client of a wire; arguments as in `Bus` and `ServoBus`."""
+    if kind == "serial":
+        return SketchBus(port, baud, calibration)
+    return ServoClient(kind, port, baud, calibration, imu=imu)
+
+
+def pilot_of(robot: Robot, genome: Any, *, imu: bool) -> Pilot:
+    """Return the controller of a gait, with the sensors of the real robot.
+
+    Args:
+        robot: robot of the gait.
+        genome: genome of the gait, (genes,).
+        imu: whether the robot has an IMU.
+
+    Raises:
+        GaitsimError: a reflex needs a sensor that the robot does not have.
+    """
+    sensors = [*(["ideal"] if imu else []), "joints"]
+    for name, reflex in load_reflexes(robot.reflexes).items():
+        missing = [need for need in reflex.needs if need not in observed(sensors)]
+        if missing:
+            an_imu = missing[0] in observed(["ideal"])
+            raise GaitsimError(
+                f"the reflex {name!r} needs {missing[0]}, which the robot does not report",
+                where="--imu" if an_imu else "organism.reflexes",
+                remedy="connect an IMU and add --imu, or play the simulated angles with --tape"
+                if an_imu
+                else "play the simulated angles with --tape, or evolve the gait without the reflex",
+            )
+    own = robot.calibrated(genome)
+    return own.model_copy(update={"sensors": tuple(sensors), "world": {}}).pilot(genome[None])
 
 
 def create_emulator(

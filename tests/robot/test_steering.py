@@ -127,7 +127,7 @@ def test_a_fall_ends_a_drive_and_is_repeated():
     steered = robot.steer({"gait": genome})
     failures = {}
     for _ in range(200):
-        steered._pushed = 0  # from the same direction
+        steered._wheel._pushed = 0  # from the same direction
         steered.give("push")
         failures = steered.advance(1).failures
         if failures:

@@ -52,6 +52,14 @@ class Wire:
     def reset_input_buffer(self):
         self._replies.clear()
 
+    def time(self):
+        return self.now
+
+    def sleep(self, seconds):
+        """Let time pass; the robot moves by itself."""
+        self.now += seconds
+        self._replies += self.emulator.exchange(b"", self.now)
+
     def flush(self):
         pass
 
