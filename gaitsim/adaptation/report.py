@@ -374,8 +374,8 @@ def summary(report: AdaptationReport, source: str, figures: Sequence[str] = ()) 
         "Champion: the map's best gait, without adaptation. Random: the best of as many "
         "random gaits of the map as there were trials.",
         "",
-        "| damage | trials | kept | champion | random |",
-        "| --- | --- | --- | --- | --- |",
+        f"| damage | trials | {report.measure}{unit and ','}{unit} | kept | champion | random |",
+        "| --- | --- | --- | --- | --- | --- |",
     ]
     lines += [_row(report, case.name, [case]) for case in report.cases]
     for count in sorted({len(case.damage) for case in report.cases}):
@@ -394,5 +394,10 @@ def _row(report: AdaptationReport, name: str, cases: Sequence[Case]) -> str:
         median(lambda case: report.kept(case.champion)),
         median(lambda case: report.kept(max(case.random))),
     )
-    cells = [name, f"{median(lambda case: len(case.trials)):g}", *(f"{one:.0%}" for one in shares)]
+    cells = [
+        name,
+        f"{median(lambda case: len(case.trials)):g}",
+        f"{median(lambda case: case.best.measured):.3g}",
+        *(f"{one:.0%}" for one in shares),
+    ]
     return f"| {' | '.join(cells)} |"

@@ -36,7 +36,7 @@ from gaitsim.storage.background import (
     last_failure,
 )
 from gaitsim.storage.compatibility import check_start
-from gaitsim.storage.creation import find_individual
+from gaitsim.storage.creation import find_individual, without_symmetry
 from gaitsim.storage.files.checkpoint import Champion, Start
 from gaitsim.storage.files.folder import RUNS, command
 from gaitsim.storage.files.history import row
@@ -61,6 +61,7 @@ def starting_individual(experiment: Experiment, from_: str | Challenge | None) -
         return None
     challenge = read_challenge(from_) if isinstance(from_, str) else from_
     start = find_individual(str(from_)) if challenge is None else challenge_as_start(challenge)
+    start = without_symmetry(experiment, start)
     check_start(experiment, Start.of(start), f"--from {'CODE' if challenge else from_}")
     return start
 

@@ -87,6 +87,13 @@ class Organism(Plugin):
         """
         return {}
 
+    def unfold(self, genomes: Genomes) -> Genomes | None:
+        """Return the genomes of the same gaits for this body without its option `symmetry`.
+
+        They are repaired by the caller. None, by default, for a body without symmetry.
+        """
+        return None
+
     @abstractmethod
     def move(self, genomes: Genomes) -> Motion:
         """Return the motion of a whole population, given its genomes, (population, genes).

@@ -2,14 +2,17 @@
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation.serialized import prepare
 from gaitsim.evaluation.worlds import in_reality
-from gaitsim.experiment import Experiment, Overrides
+from gaitsim.experiment import Experiment, Overrides, with_overrides
+from gaitsim.experiment.loading import parse_experiment
 from gaitsim.individual import Member, Which
 from gaitsim.opening import read_regular
+from gaitsim.registry import plugin_errors
 from gaitsim.storage.compatibility import check_size
 from gaitsim.storage.files.checkpoint import (
     KEPT,
@@ -88,6 +91,21 @@ def find_individual(reference: str) -> Champion:
             return champion_of(_find_snapshot(run), number if mark == "@" else Member(number))
         return champion_of(RunSnapshot(path))
     return champion_of(_find_snapshot(reference))
+
+
+def without_symmetry(experiment: Experiment, start: Champion) -> Champion:
+    """Return a start for an experiment whose legs share no genes; other starts are unchanged."""
+    free = getattr(experiment.organism, "symmetry", "") == "none"
+    if not free or len(start.genome) == experiment.space().genes:
+        return start
+    found = parse_experiment(start.experiment, "--from")
+    with plugin_errors(found.entries["organism"], "unfolding a genome"):
+        genomes = found.organism.unfold(start.genome[None])
+    if genomes is None:
+        return start
+    unfolded = with_overrides(found, {"organism.symmetry": "none"})
+    genome = unfolded.space().repair(genomes)[0]
+    return replace(start, experiment=unfolded.to_toml(), genome=genome)
 
 
 def _find_snapshot(run: str) -> RunSnapshot:

@@ -26,7 +26,7 @@ from gaitsim.contracts import (
     option,
 )
 from gaitsim.contracts.quaternions import product, rotated, turn_about, turn_about_axis
-from gaitsim.encoding import check_joint_angles, limit_steps
+from gaitsim.encoding import check_joint_angles, limit_steps, split_genomes
 from gaitsim.legged import (
     BODY_HEIGHT,
     DAMAGE_HELP,
@@ -223,6 +223,13 @@ class Spider(Organism):
         if self.encoding == "recurrence":
             return {}
         return {"tetrapod": tetrapod(self.frequency, self.symmetry == "alternating")}
+
+    def unfold(self, genomes: Genomes) -> Genomes | None:
+        """Return the genomes with the genes of all legs; None without symmetry."""
+        if self.symmetry == "none":
+            return None
+        groups = ENCODINGS[self.encoding].groups(self.frequency, True)
+        return np.concatenate(split_genomes(genomes, groups), axis=1)
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk with the joint angles that genomes decode to, as far as damaged joints allow."""

@@ -5,6 +5,9 @@ import pytest
 from hypothesis import given, settings, strategies as st
 
 from gaitsim.experiment import load_experiment
+from gaitsim.storage.compatibility import check_start
+from gaitsim.storage.creation import without_symmetry
+from gaitsim.storage.files.checkpoint import Champion, Start
 from gaitsim_spider import body
 from gaitsim_spider.encodings import ENCODINGS, largest_amplitude
 from gaitsim_spider.organism import Spider
@@ -133,3 +136,18 @@ def test_spaces_have_48_named_genes(name: str) -> None:
     space = Spider(encoding=name).genome_space()
     assert space.genes == 48
     assert len(set(space.labels)) == 48
+
+
+def test_an_atlas_begins_at_the_gait_of_a_symmetric_champion():
+    symmetric, atlas = load_experiment("spider"), load_experiment("spider-atlas")
+    genome = symmetric.space().random(1, np.random.default_rng(4))[0]
+    start = Champion(symmetric.to_toml(), {}, 1, genome, 0.0, {})
+    found = without_symmetry(atlas, start)
+    check_start(atlas, Start.of(found), "")
+    moved, alike = (
+        one.organism.move(np.atleast_2d(saved.genome))
+        for one, saved in ((symmetric, start), (atlas, found))
+    )
+    np.testing.assert_allclose(alike["joint_angles"], moved["joint_angles"], atol=1e-6)
+    assert without_symmetry(symmetric, start) is start
+    assert without_symmetry(atlas, found) is found
