@@ -357,9 +357,23 @@ class ServoBus(Bus):
         self.port.write(self.protocol.encode(Packet(ALL, SYNC_WRITE, data)))
 
     def on(self, degrees: Floats) -> None:
-        """Switch the servos on at these angles, (joints,) °."""
-        for _ in range(3):
+        """Switch the servos on at these angles, (joints,) °.
+
+        A servo that had missed its goal would jump to an old one, so goals are read back before.
+        """
+        goal = self._table.goal
+        ticks = dict(zip(self._ids, self._calibration.ticks(degrees).tolist(), strict=True))
+        head = self._number(goal.address) + self._number(goal.size)
+        for _ in range(10 * TRIES):
             self.write(degrees)
+            replies = self._ask(Packet(ALL, SYNC_READ, head + bytes(ticks)), len(ticks), goal.size)
+            for reply in replies:
+                if ticks.get(reply.id) == goal.read(reply.data, goal.address):
+                    del ticks[reply.id]
+            if not ticks:
+                break
+        else:
+            raise GaitsimError("a servo does not accept its goal", where="--port")
         if self._table.watchdog:
             self._write_all(self._table.watchdog, WATCHDOG)
         self._write_all(self._table.torque, 1)

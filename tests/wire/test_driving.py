@@ -255,3 +255,27 @@ def test_reflexes_need_their_sensors():
     robot = robot.model_copy(update={"reflexes": {"contact": {}}})
     with pytest.raises(GaitsimError, match="'contact' needs contacts"):
         pilot_of(robot, genome, imu=True)
+
+
+@pytest.mark.parametrize("bus", ["feetech", "dynamixel"])
+def test_servos_that_missed_their_first_goal_do_not_jump(driven, bus):
+    robot = driven(bus)
+    rested = robot.body.angles
+    old = robot.calibration.ticks(robot.calibration.servo_angles(rested + 0.5))
+    for number, tick in zip(robot.wire.emulator._joints, old.tolist(), strict=True):
+        robot.wire.emulator._set(number, robot.wire.emulator.table.goal, tick)
+    lost = iter([True] * 4 + [False] * 10_000)
+    exchange = robot.wire.emulator.exchange
+    robot.wire.emulator.exchange = lambda data, now: exchange(
+        b"" if len(data) > 40 and next(lost) else data, now
+    )
+    turned = []
+
+    def poll(status):
+        turned.append(np.abs(robot.body.goal - rested).max())
+        if status.frames == 5:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        robot.session.run(poll)
+    assert max(turned) < np.radians(3)
