@@ -32,10 +32,10 @@ from scipy.io import savemat
 from small_robots import QUADRUPED
 
 from gaitsim import toml
-from gaitsim.adaptation.adaptation import Session, read_session, write_session
+from gaitsim.adaptation.adaptation import Said, Session, read_session, write_session
 from gaitsim.adaptation.report import _REPORT, AdaptationReport, Case, read_report
 from gaitsim.adaptation.settings import AdaptationSettings
-from gaitsim.adaptation.trials import Trial
+from gaitsim.adaptation.trials import Trial, proposal_of
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Typed, load_experiment, parse_assignments, parse_experiment
 from gaitsim.gait.gait_files import Gait, read_gait, write_gait
@@ -581,7 +581,10 @@ def read_code(path):
 
 
 TRIALS = (Trial(1, 4, 1.0, 0.9, 0.1), Trial(2, 1, 0.3, 0.5, 0.2))
-SESSION = Session("0" * 64, "simulation", ("L2 lost",), "forward", AdaptationSettings(), TRIALS)
+SAID = tuple(
+    Said("trial", one.number, (one.measured,), proposal=proposal_of(one)) for one in TRIALS
+)
+SESSION = Session("0" * 64, "simulation", ("L2 lost",), "forward", AdaptationSettings(), SAID)
 REPORT = AdaptationReport(
     "0" * 64, "simulation", "forward", "m", AdaptationSettings(), {1: 0.5, 4: 0.25},
     (Case(("L1 lost",), TRIALS, (0.1, 0.2)),),
