@@ -33,6 +33,7 @@ from gaitsim.adaptation.trials import (
     best_of,
     check_measured,
     ending,
+    fit,
     individual_of,
     measure_intact,
     predict_performance,
@@ -45,6 +46,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.executors import cores
 from gaitsim.evaluation.processes import OnWarning
 from gaitsim.evaluation.scoring import LARGEST_SCORE
+from gaitsim.experiment import Experiment
 from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.individual import Individual
 from gaitsim.opening import read_regular
@@ -259,13 +261,23 @@ def mismatch(found: Session, wanted: Session) -> str:
     return ""
 
 
-def check_members(path: Path, session: Session, members: int) -> None:
-    """Check that the session in a file names only members of an atlas of `members` members."""
+def check_gaits(path: Path, session: Session, experiment: Experiment, members: int) -> None:
+    """Check that the gaits of the session in a file can belong to an atlas.
+
+    Args:
+        path: the file.
+        session: the session.
+        experiment: experiment of the atlas.
+        members: number of members of the atlas.
+    """
     named = (*session.intact, *(trial.member for trial in session.trials))
+    reason = ""
     if not all(1 <= member <= members for member in named):
-        raise RunError(
-            f"{path} is damaged: it contains members that the atlas does not have", remedy=REMEDY
-        )
+        reason = "it contains members that the atlas does not have"
+    elif not fit(experiment, session.trials):
+        reason = "a changed gait does not fit the body"
+    if reason:
+        raise RunError(f"{path} is damaged: {reason}", remedy=REMEDY)
 
 
 def _format_value(value: object) -> str:
@@ -586,7 +598,7 @@ def open_adaptation(
             remedy="start over with --fresh, or start a new adaptation with --name",
         )
     if path is not None:
-        check_members(path, session, len(members.scores))
+        check_gaits(path, session, experiment, len(members.scores))
     if session.settings.refine:
         genes_of(experiment)
     measure_gait = robot

@@ -205,6 +205,14 @@ def right_proposal(
     return _propose_of_map(predict_performance(prior, trials, settings), trials, settings)
 
 
+def fit(experiment: Experiment, trials: Sequence[Trial]) -> bool:
+    """Return whether the genomes of changed gaits fit a body."""
+    changed, space = [trial.genome for trial in trials if trial.genome], experiment.space()
+    return {*map(len, changed)} <= {space.genes} and (
+        not changed or space.contains(np.array(changed))
+    )
+
+
 def refinements(trials: Sequence[Trial]) -> int:
     """Return the number of changed gaits among the trials."""
     return sum(bool(trial.genome) for trial in trials)

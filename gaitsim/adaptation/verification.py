@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.adaptation.adaptation import check_members, read_session, trials_of
+from gaitsim.adaptation.adaptation import check_gaits, read_session, trials_of
 from gaitsim.adaptation.prior import (
     OnProgress,
     Prior,
@@ -35,6 +35,7 @@ from gaitsim.adaptation.trials import (
     Proposal,
     Trial,
     ending,
+    fit,
     individual_of,
     measure_intact,
     proposal_of,
@@ -79,7 +80,7 @@ def verify_adaptation(
     said, simulated, physics = session.said, session.place != "robot", session.place == "physics"
     found, again = [OTHER_ATLAS], False
     if session.atlas == atlas_checksum(members):
-        check_members(file, session, len(members.scores))
+        check_gaits(file, session, run.experiment_at(run.generation), len(members.scores))
         known = session.damage if session.known else ()
         begin(len(members.scores) * (1 + bool(known)) + len(session.intact) + simulated * len(said))
         prior = read_prior(
@@ -208,6 +209,8 @@ def _wrong_cases(
     damages = [case.damage for case in cases]
     if len({*damages}) < len(damages) or not {*damages} <= {*every}:
         return ["a case is there twice, or is not the loss of one or two legs"]
+    if not all(fit(prior.experiment, case.trials) for case in cases):
+        return ["a changed gait does not fit the body"]
     steps = [0]
 
     def on_case(done: int, total: int) -> None:

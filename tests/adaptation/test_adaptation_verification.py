@@ -11,6 +11,7 @@ from gaitsim.adaptation.adaptation import open_adaptation
 from gaitsim.adaptation.prior import atlas_members, cache_key, write_intact
 from gaitsim.adaptation.report import figure_names, make_report, summary, trials_table
 from gaitsim.adaptation.settings import AdaptationSettings
+from gaitsim.errors import RunError
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.verifying import verify_files
 
@@ -146,6 +147,12 @@ def test_known_damage_changed_gaits_repeats_and_corrections_are_replayed(atlas):
     changed["genome"][0] += 1e-9
     path.write_text(json.dumps(session))
     assert "with other genes" in verified(path).differences[0]
+    session["said"][-2]["proposal"]["genome"].pop()
+    path.write_text(json.dumps(session))
+    with pytest.raises(RunError, match="a changed gait does not fit the body"):
+        verified(path)
+    with pytest.raises(RunError, match="a changed gait does not fit the body"):
+        open_adaptation(RunSnapshot(atlas), ("A lost",), place="robot", workers=1)
 
 
 def test_a_robot_is_not_turned_into_a_simulation(file):
@@ -259,6 +266,7 @@ REPORT_TAMPERINGS = {
     "a random gait": in_case(random_result),
     "a trial deleted": in_case(lambda case: (case["trials"].pop(), case["random"].pop())),
     "a trial added": in_case(more_trials),
+    "a changed gait": in_case(lambda case: case["trials"][-1].update(genome=[0.1])),
     "a case deleted": in_report(lambda report: report["cases"].pop(1)),
     "a case repeated": in_report(lambda report: report["cases"].append(report["cases"][0])),
     "another damage": in_case(lambda case: case.update(damage=["A stuck 20"])),

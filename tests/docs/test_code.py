@@ -78,3 +78,9 @@ def test_blocks_are_found() -> None:
         f"{NOT_RUN}\n```python\nb\n```\n\n```sh\nc\n```\n\n```python\nd\n```\n"
     )
     assert list(blocks(page)) == [Block("a\n", 2, "1\n"), Block("d\n", 21, "")]
+
+
+def test_the_tests_of_the_security_promises_exist() -> None:
+    named = re.findall(r"`(tests/\S+?\.py)`", (ROOT / "SECURITY.md").read_text())
+    assert len(named) > 10
+    assert [one for one in named if not (ROOT / one).is_file()] == []
