@@ -291,9 +291,9 @@ def soak_study(folder: Path, options: argparse.Namespace) -> None:
             began = time.monotonic()
             while process.is_running() and process.status() != psutil.STATUS_ZOMBIE:
                 time.sleep(options.every)
-                worker = random.choice([one.pid for one in cluster.workers.values() if one.pid])
-                with suppress(psutil.NoSuchProcess):
-                    psutil.Process(worker).kill()
+                pids = [one.pid for one in cluster.workers.values() if one.pid]
+                with suppress(psutil.NoSuchProcess, IndexError):  # all may be restarting
+                    psutil.Process(random.choice(pids)).kill()
                     kills += 1
                 done = len([*(folder / "killed/cells").glob("*.npy")])
                 print(f"{time.monotonic() - began:5.0f} s {measure(process)}; {done} cells, "
