@@ -210,7 +210,7 @@ class Adapt(Action):
     @property
     def _of_robot(self) -> list[str]:
         """The flags of those options that apply only to trials on a robot."""
-        return self.flags_of("robot", "interactive", *CHANGES, "scale", "unit", "course", "format")
+        return self.flags_of("robot", "interactive", *CHANGES, "sure", "scale", "unit", "course")
 
     @property
     def settings(self) -> dict[str, Any]:
@@ -294,12 +294,9 @@ class Adapt(Action):
                 else:
                     self._change(adaptation, view, name)
                 if adaptation.proposal is None:
-                    best = adaptation.best
-                    file = (
-                        _gait_file(adaptation, best, f"{name}-best")
-                        if best and best.genome
-                        else None
-                    )
+                    best, file = adaptation.best, None
+                    if best is not None and best.genome:
+                        file = _gait_file(adaptation, best, f"{name}-best")
                     view.print_result(file)
                 if self.figure is not None:
                     save(adaptation_figure(adaptation), self.figure)
@@ -336,15 +333,16 @@ class Adapt(Action):
 
     def _open(self, run: RunSnapshot, name: str) -> Adaptation:
         from gaitsim.adaptation.adaptation import measured_scale, open_adaptation
-        from gaitsim.adaptation.trials import count_intact_gaits
+        from gaitsim.adaptation.trials import count_gaits
         from gaitsim.console.progress_bar import Progress
 
-        gaits = count_intact_gaits(run, physics=self.physics)
+        known = bool(self.damage) and (self.visible or self.place == "robot")
+        gaits = count_gaits(run, physics=self.physics, known=known)
         log = "" if self.json_lines else f"reading the {gaits:,} gaits of the atlas"
         settings = self.settings
         answers = {"gait_format": self.format, "unit": self.unit, "course": self.course}
         if self.scale is not None:
-            number = re.fullmatch(r"[\d.,]+", self.scale)
+            number = re.fullmatch(r"\d+([.,]\d+)?", self.scale)
             settings["scale"] = (
                 float(self.scale.replace(",", ".")) if number else measured_scale(run, self.scale)
             )

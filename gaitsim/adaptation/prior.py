@@ -211,7 +211,7 @@ def read_prior(
                 found = _evaluate_map(evaluator, genomes, measure, on_progress)
             if cached:
                 write_intact(run.path, name, key, found)
-        else:
+        elif body is experiment:
             on_progress(len(genomes))
         return found
 

@@ -355,10 +355,16 @@ def simulated_robot(
 MAX_MEASURED = 100  # number of gaits measured on the other body
 
 
-def count_intact_gaits(run: RunSnapshot, *, physics: bool) -> int:
-    """Return the largest number of gaits measured on intact bodies before an adaptation."""
+def count_gaits(run: RunSnapshot, *, physics: bool, known: bool = False) -> int:
+    """Return the largest number of gaits that are measured before an adaptation.
+
+    Args:
+        run: run of the atlas.
+        physics: whether the trials take place in physics.
+        known: whether the damage is known, so that gaits are also measured on the damaged body.
+    """
     members = len(atlas_members(run).scores)
-    return members + (min(members, MAX_MEASURED) if physics else 0)
+    return members * (1 + known) + (min(members, MAX_MEASURED) if physics else 0)
 
 
 def measure_intact(

@@ -18,7 +18,7 @@ from gaitsim.adaptation.report import (
     trials_table,
 )
 from gaitsim.adaptation.settings import AdaptationSettings
-from gaitsim.adaptation.trials import Proposal, Trial, count_intact_gaits
+from gaitsim.adaptation.trials import Proposal, Trial, count_gaits
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, notice, output, print_json, report_files
@@ -51,7 +51,7 @@ class AdaptationView:
         where = {
             "simulation": f"a body with {damage}",
             "physics": f"the twin in physics with {damage}",
-            "robot": "your robot",
+            "robot": f"your robot with {damage}" if session.damage else "your robot",
         }
         output().print(
             f"{prior.source}: {len(prior.performance):,} gaits to try on {where[session.place]}; "
@@ -212,7 +212,7 @@ def write_report(
 def _compute(
     run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any
 ) -> AdaptationReport:
-    gaits = count_intact_gaits(run, physics=options["physics"])
+    gaits = count_gaits(run, physics=options["physics"])
     with ExitStack() as bars:
 
         def bar(what: str, unit: str, total: int) -> Progress:
