@@ -78,9 +78,9 @@ class Player(ABC):
     def stop(self) -> None:
         """End the motion smoothly."""
 
-    def give(self, command: str) -> bool:
-        """Follow a command of the driver; return whether the player follows commands."""
-        return False
+    @abstractmethod
+    def give(self, command: str) -> None:
+        """Follow a command of the driver, if the player follows commands."""
 
     def facts(self) -> dict[str, str]:
         """Return the command in force, and a warning without a name if it is too much."""
@@ -136,10 +136,9 @@ class Walker(Player):
         """Stand within a stride."""
         self._ending = True
 
-    def give(self, command: str) -> bool:
+    def give(self, command: str) -> None:
         """Follow a command of the driver."""
         self._wheel.give(command, self._frame / RATE)
-        return True
 
     def facts(self) -> dict[str, str]:
         """Return the command in force, and a warning without a name if it is too much."""
@@ -176,6 +175,9 @@ class Tape(Player):
     def stop(self) -> None:
         """End here; the robot lies down from any pose."""
         self._at, self._loop = len(self._angles), None
+
+    def give(self, command: str) -> None:
+        """Ignore commands."""
 
 
 COLUMNS = (

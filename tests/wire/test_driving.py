@@ -12,7 +12,8 @@ from gaitsim_wire.driving import Limits, Session, Stopped, Walker
 from gaitsim_wire.emulator import Fault, Noise
 from gaitsim_wire.robots import bus_of, calibration_of, pilot_of
 
-BUSES = ["feetech", "dynamixel", "serial"]
+SLOW = [pytest.param(bus, marks=pytest.mark.slow) for bus in ("dynamixel", "serial")]
+BUSES = ["feetech", *SLOW]
 FULL = {"feetech": 1_000_000, "dynamixel": 1_000_000, "serial": 115_200}
 
 

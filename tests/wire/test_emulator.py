@@ -6,7 +6,7 @@ import sys
 
 import numpy as np
 import pytest
-from hypothesis import given, strategies
+from hypothesis import given, settings, strategies
 from wires import quadruped, robot_on
 
 from gaitsim.errors import GaitsimError
@@ -25,6 +25,7 @@ packets = strategies.builds(
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
 @pytest.mark.parametrize("reply", [False, True])
+@settings(max_examples=25)
 @given(sent=strategies.lists(packets, max_size=4), size=strategies.integers(1, 9))
 def test_packets_arrive_however_they_are_split(protocol, reply, sent, size):
     wire = b"".join(protocol.encode(packet, reply=reply) for packet in sent)
@@ -36,6 +37,7 @@ def test_packets_arrive_however_they_are_split(protocol, reply, sent, size):
 
 
 @pytest.mark.parametrize("protocol", PROTOCOLS)
+@settings(max_examples=25)
 @given(sent=packets, at=strategies.integers(0, 100), change=strategies.integers(1, 255))
 def test_a_changed_byte_never_gives_another_packet(protocol, sent, at, change):
     wire = bytearray(protocol.encode(sent))
