@@ -8,6 +8,7 @@ backward like a dog's elbows, all others forward.
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -164,20 +165,30 @@ TRUNK = "torso"
 DOWN = np.array([[0.0, 0.0, 0.0], [0.0, 0.0, -LIMB]])  # a thigh or shank in its own frame, m
 
 
-def rig(plan: WalkerPlan) -> Rig:
+def rig(plan: WalkerPlan, lost: Sequence[bool], damaged: tuple[str, ...]) -> Rig:
     """Return the rig of a walker.
 
     Links turn about y. In its own frame, a thigh or shank hangs down.
+
+    Args:
+        plan: build of the body.
+        lost: whether each leg is lost.
+        damaged: names of damaged parts.
     """
+    feet, foot_links = [], []
     links, names, ends, carriers = (
         [Link(TRUNK)],
         list(OUTLINE_NAMES),
         [*outline(plan)],
         [TRUNK] * 4,
     )
-    for leg in plan.legs:
+    for leg, gone in zip(plan.legs, lost, strict=True):
         thigh, shank, direction = f"{leg.name} thigh", f"{leg.name} shank", float(leg.knee)
         x, z = leg.hip
+        feet.append(np.array([x, 0.0, z]) if gone else DOWN[1])
+        foot_links.append(TRUNK if gone else shank)
+        if gone:
+            continue
         bend = direction * BEND
         links += [
             Link(
@@ -206,7 +217,8 @@ def rig(plan: WalkerPlan) -> Rig:
         tuple(names),
         np.array(ends),
         tuple(carriers),
-        np.tile(DOWN[1], (len(plan.legs), 1)),
-        tuple(f"{leg.name} shank" for leg in plan.legs),
+        np.array(feet),
+        tuple(foot_links),
         tuple(leg.name for leg in plan.legs),
+        damaged=damaged,
     )

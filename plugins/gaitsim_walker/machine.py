@@ -48,7 +48,8 @@ class Machine:
 
     Attributes:
         space: the space.
-        bodies: the torso, then thigh and shank of each leg.
+        bodies: the torso, then thigh and shank of each leg; those of lost legs are not in the
+            space.
         joints: hip and knee of each leg.
     """
 
@@ -63,8 +64,10 @@ class Machine:
         turned = body.limb_angles(self.plan, pose)
         where = body.leg_points(self.plan, np.zeros(2), np.zeros(()), pose)
         feet = where[:, 2]
+        lost = surroundings.damage.lost.tolist()
         height = max(
-            surroundings.ground.height(float(x)) - float(z) + body.FOOT_RADIUS for x, z in feet
+            surroundings.ground.height(float(x)) - float(z) + body.FOOT_RADIUS
+            for x, z in feet[~surroundings.damage.lost]
         )
         where[..., 1] += height
         width, depth = 2 * self.plan.half[0], 2 * self.plan.half[1]
@@ -81,11 +84,12 @@ class Machine:
             foot = pymunk.Circle(self.bodies[shank], body.FOOT_RADIUS, end)
             foot.friction = surroundings.friction
             foot.filter = pymunk.ShapeFilter(group=1)  # the legs do not collide with each other
-            self.space.add(foot)
-            self._add_joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
-            self._add_joint(
+            hip = self._add_joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
+            knee = self._add_joint(
                 thigh, end, shank, top, -leg.knee * 2 * body.BEND, -leg.knee, body.KNEE_LIMIT
             )
+            if not lost[number]:
+                self.space.add(self.bodies[thigh], self.bodies[shank], foot, *hip, *knee)
 
     def _add_ground(self, ground: Ground) -> None:
         corners = list(zip(ground.x, ground.z, strict=True))
@@ -106,7 +110,6 @@ class Machine:
         x, z = top.tolist()
         limb.position = (x + half * math.sin(angle), z - half * math.cos(angle))
         limb.angle = float(angle)
-        self.space.add(limb)
         self.bodies.append(limb)
         return len(self.bodies) - 1
 
@@ -119,16 +122,17 @@ class Machine:
         rest: float,
         sign: int,
         limit: float,
-    ) -> None:
+    ) -> tuple[pymunk.Constraint, ...]:
         one, other, reach = self.bodies[above], self.bodies[below], limit + body.STOP
+        damage, number = self.surroundings.damage, len(self.joints)
+        low, high = rest - reach, rest + reach
+        if number in damage.held:
+            low = high = rest + sign * damage.held[number]
         motor = pymunk.SimpleMotor(one, other, 0.0)
-        motor.max_force = self.surroundings.torque_limit
-        self.space.add(
-            pymunk.PivotJoint(one, other, at, top),
-            pymunk.RotaryLimitJoint(one, other, rest - reach, rest + reach),
-            motor,
-        )
+        motor.max_force = self.surroundings.torque_limit * float(damage.torque[number])
         self.joints.append(WalkerJoint(motor, above, below, rest, sign))
+        pivot = pymunk.PivotJoint(one, other, at, top)
+        return pivot, pymunk.RotaryLimitJoint(one, other, low, high), motor
 
     def joint_angles(self) -> list[float]:
         """Return the current joint angles, rad."""
@@ -151,7 +155,9 @@ class Machine:
             corner = x + side * cos + half_z * sin
             if z + side * sin - half_z * cos < height(corner):
                 return True
-        for thigh in self.bodies[1::2]:
+        for thigh, lost in zip(self.bodies[1::2], self.surroundings.damage.lost, strict=True):
+            if lost:
+                continue
             x, z = thigh.position
             angle = thigh.angle
             knee = z - body.LIMB / 2 * math.cos(angle) - body.KNEE_RADIUS
@@ -225,8 +231,12 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
     machine = Machine(surroundings, surroundings.pose(commands[0]))
     bodies, torso, hinges = machine.bodies, machine.bodies[0], machine.joints
     # Read the bodies once per step, not per joint: pymunk's properties take most of the time.
-    parts = [(hinge.motor, hinge.above, hinge.below) for hinge in hinges]
-    step, dt, fastest = machine.space.step, surroundings.step, surroundings.speed_limit
+    fastest = (surroundings.speed_limit * surroundings.damage.speed).tolist()
+    parts = [
+        (hinge.motor, hinge.above, hinge.below, speed)
+        for hinge, speed in zip(hinges, fastest, strict=True)
+    ]
+    step, dt = machine.space.step, surroundings.step
     state, torque = np.zeros((frames, 5)), np.zeros((frames, joints))
     turned, work = np.zeros((frames, joints)), np.zeros(frames)
     load = np.zeros((frames, joints // 2, 2))
@@ -240,12 +250,12 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
             sums = [0.0] * joints
             for targets in targets_by_step[last - surroundings.steps : last]:
                 angles = [part.angle for part in bodies]
-                for (motor, above, below), target in zip(parts, targets, strict=True):
+                for (motor, above, below, speed), target in zip(parts, targets, strict=True):
                     off = GAIN * (angles[above] + target - angles[below])
-                    motor.rate = -min(max(off, -fastest), fastest)
+                    motor.rate = -min(max(off, -speed), speed)
                 step(dt)
                 speeds = [part.angular_velocity for part in bodies]
-                for joint, (motor, above, below) in enumerate(parts):
+                for joint, (motor, above, below, _) in enumerate(parts):
                     pushed = motor.impulse
                     sums[joint] += pushed
                     spent += pushed * abs(speeds[below] - speeds[above])
@@ -264,6 +274,7 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
             for part in bodies:
                 part.velocity += (push, 0.0)
     torque *= FRAME_RATE
+    turned[:, np.repeat(surroundings.damage.lost, 2)] = 0.0
     if lasted < frames:
         kept = max(lasted - 1, 0) if failure else lasted
         for record in (state, turned, work, load):
@@ -304,8 +315,8 @@ def walk(surroundings: Surroundings, commands: Floats, frequency: Floats) -> Mot
             "joint_angles": np.stack(commanded),
             "joint_positions": all_of("joints"),
             "torque": all_of("torque"),
-            "stall_torque": np.full(
-                (len(rolled), len(surroundings.plan.joints)), surroundings.torque_limit, np.float64
+            "stall_torque": np.tile(
+                surroundings.torque_limit * surroundings.damage.torque, (len(rolled), 1)
             ),
             "torso": position,
             "torso_velocity": velocity,
@@ -333,7 +344,8 @@ def _measured(surroundings: Surroundings, rollout: Rollout) -> tuple[Floats, Flo
     depend on the population.
     """
     plan = surroundings.plan
-    feet = body.leg_points(plan, rollout.position, rollout.pitch, rollout.joints)[:, :, 2]
+    points = body.leg_points(plan, rollout.position, rollout.pitch, rollout.joints)
+    feet = np.where(surroundings.damage.lost[:, None], points[:, :, 0], points[:, :, 2])
     turned = body.limb_angles(plan, rollout.joints)[:, 1::2] + rollout.pitch[:, None]
     # A round foot that rolls without sliding moves back as its shank turns forward.
     slid = np.abs(np.diff(feet[..., 0], axis=0) + body.FOOT_RADIUS * np.diff(turned, axis=0))

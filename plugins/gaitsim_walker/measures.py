@@ -74,7 +74,8 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
     """Return the outline of the torso, and thigh and shank of each leg, in the plane y = 0.
 
     Args:
-        surroundings: body and ground; their slope rotates the result, so that gravity points down.
+        surroundings: body, damage and ground; the slope rotates the result, so that gravity points
+            down.
         motion: motion of the population.
         individual: index of the individual to draw.
     """
@@ -96,15 +97,17 @@ def skeleton(surroundings: Surroundings, motion: Motion, individual: int) -> Ske
     limbs = np.stack([where[:, :, :-1], where[:, :, 1:]], axis=3)
     segments = np.concatenate([edges, limbs.reshape(len(pitch), -1, 2, 2)], axis=1)
     names = [f"{leg.name} {part}" for leg in plan.legs for part in ("thigh", "shank")]
+    drawn = np.repeat([True, *~surroundings.damage.lost], [4, *[2] * len(plan.legs)])
     return Skeleton(
-        _rotated(body.to_3d(segments), slope),
-        (*body.OUTLINE_NAMES, *names),
+        _rotated(body.to_3d(segments[:, drawn]), slope),
+        tuple(np.array([*body.OUTLINE_NAMES, *names])[drawn].tolist()),
         motion.frame_rate,
         contacts=_rotated(motion["foot_positions"][individual], slope),
         touching=motion["stance"][individual],
         contact_names=tuple(leg.name for leg in plan.legs),
         centre=_rotated(position, slope),
         ground=None if level else _rotated(profile, slope)[:, [0, 2]],
+        damaged=surroundings.damage.parts,
     )
 
 

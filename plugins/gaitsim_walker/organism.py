@@ -33,6 +33,7 @@ from gaitsim.encoding import (
     split_genomes,
 )
 from gaitsim.legged import (
+    DAMAGE_HELP,
     STRIDE_FREQUENCY,
     STRIDE_FREQUENCY_CHANNEL,
     angles_frequency,
@@ -42,6 +43,7 @@ from gaitsim.legged import (
     world_seed,
 )
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, WalkerPlan, rig
+from gaitsim_walker.damage import Impairment, impairment_of
 from gaitsim_walker.measures import measures, skeleton
 from gaitsim_walker.surroundings import STEP, Surroundings, ground
 
@@ -170,6 +172,7 @@ class Walker(Organism):
     )
     friction: float = option(0.8, "coefficient of friction between feet and ground", ge=0, le=5)
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+    damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
 
     dynamic: ClassVar[bool] = True
@@ -210,12 +213,17 @@ class Walker(Organism):
     def _check(self) -> Self:
         check_time_step(self.dt, FRAME_RATE)
         check_world(self.world, self.conditions())
+        _ = self._damage
         return self
 
     @property
     def plan(self) -> WalkerPlan:
         """Build of the body: its parts and their sizes."""
         return PLANS[self.legs]
+
+    @property
+    def _damage(self) -> Impairment:
+        return impairment_of(self.damage, self.plan)
 
     @property
     def frames(self) -> int:
@@ -294,6 +302,7 @@ class Walker(Organism):
         pushed_in, direction = draw_push(world, frames)
         return Surroundings(
             plan=self.plan,
+            damage=self._damage,
             ground=ground(world["unevenness"], world_seed(world), reach),
             gravity=self.gravity,
             slope=math.radians(world["slope"]),
@@ -314,7 +323,8 @@ class Walker(Organism):
         """Return the motion of walkers for commands, (population, frames, joints) rad."""
         from gaitsim_walker.machine import walk
 
-        return walk(self.surroundings(commands.shape[1]), commands, frequency)
+        surroundings = self.surroundings(commands.shape[1])
+        return walk(surroundings, surroundings.damage.restrict(commands), frequency)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return distance, duration, steadiness, effort, slip and steps."""
@@ -322,7 +332,7 @@ class Walker(Organism):
 
     def rig(self) -> Rig:
         """Return the torso, and thigh and shank of each leg, in the plane y = 0."""
-        return rig(self.plan)
+        return rig(self.plan, self._damage.lost.tolist(), self._damage.parts)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Return the outline of the torso, and thigh and shank of each leg, in the plane y = 0.

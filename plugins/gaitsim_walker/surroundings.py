@@ -7,6 +7,7 @@ import numpy as np
 
 from gaitsim.legged import delay_angles, hold_commands
 from gaitsim_walker.body import FRAME_RATE, STOP, Floats, WalkerPlan
+from gaitsim_walker.damage import Impairment
 
 SPACING = 0.25  # m, horizontal distance between the corners of uneven ground
 RUN_UP = 1.0  # m, length of flat ground on either side of the start
@@ -62,10 +63,11 @@ STEP = 1 / (4 * FRAME_RATE)  # s: 240 Hz, four steps per frame
 
 @dataclass(frozen=True, eq=False)
 class Surroundings:
-    """The body, the ground, the servos, and the conditions of a world.
+    """The body, its damage, the ground, the servos, and the conditions of a world.
 
     Attributes:
         plan: build of the body.
+        damage: damage to the body.
         ground: the ground under the walker.
         gravity: acceleration of gravity, m/s².
         slope: slope of the ground, uphill, rad; x is along the slope and z normal to it.
@@ -82,6 +84,7 @@ class Surroundings:
     """
 
     plan: WalkerPlan
+    damage: Impairment
     ground: Ground
     gravity: float
     slope: float
@@ -104,12 +107,13 @@ class Surroundings:
     @property
     def weight(self) -> float:
         """Weight of the body, N."""
-        return self.mass * self.plan.mass * self.gravity
+        return self.mass * (self.plan.mass - self.damage.lost_mass) * self.gravity
 
     def pose(self, command: Floats) -> Floats:
         """Return the joint angles at the start, (joints,) rad, from the first command."""
         stops = self.plan.limits + STOP
-        return np.clip(command + self.joint_offset + self.initial_pose, -stops, stops)
+        pose = np.clip(command + self.joint_offset + self.initial_pose, -stops, stops)
+        return self.damage.restrict(pose)
 
     def targets(self, commands: Floats) -> Floats:
         """Return the targets of the servos in each step, (steps, joints) rad.
