@@ -723,6 +723,7 @@ class Run(ReprMixin):
         stop: float | None = None,
         name: str | None = None,
         fresh: bool = False,
+        champion: str | None = None,
         workers: int | None = None,
     ) -> Adaptation:
         """Return an adaptation, an iterator that performs the same trials as `gaitsim adapt`.
@@ -751,6 +752,8 @@ class Run(ReprMixin):
             name: name of the file that stores the trials, so that the same call continues them;
                 None stores nothing.
             fresh: whether to start over and replace that file.
+            champion: run whose champion on the intact body is the `reference`; None for the
+                champion from which the atlas began.
             workers: number of workers that evaluate the map; None for a number that suits the
                 body.
 
@@ -782,6 +785,7 @@ class Run(ReprMixin):
             record=name is not None,
             name=name,
             fresh=fresh,
+            champion=champion,
             workers=workers,
         )
 
@@ -792,6 +796,7 @@ class Run(ReprMixin):
         pairs: bool = False,
         physics: bool = False,
         settings: AdaptationSettings | None = None,
+        champion: str | None = None,
         workers: int | None = None,
     ) -> AdaptationReport:
         """Adapt to the loss of each leg like `gaitsim adapt --report`, or continue a report.
@@ -801,6 +806,7 @@ class Run(ReprMixin):
             pairs: whether to also adapt to the loss of each pair of legs.
             physics: whether to use the body's twin, its version in rigid-body physics.
             settings: settings of the adaptations; None for the defaults of `gaitsim adapt`.
+            champion: run of the champion to compare with, as in `adapt`.
             workers: number of gaits tried at a time; None for the number of cores.
 
         Raises:
@@ -814,6 +820,7 @@ class Run(ReprMixin):
             pairs=pairs,
             physics=physics,
             settings=settings,
+            champion=champion,
             workers=workers,
         )
 

@@ -185,6 +185,12 @@ class Adapt(Action):
         placeholder="NAME",
     )
     fresh: bool = option(False, "start over: delete the earlier trials of this adaptation")
+    champion: str | None = option(
+        None,
+        "also compare with the champion of this run, on the intact body",
+        unset="the champion from which the atlas began",
+        placeholder="RUN",
+    )
     figure: Path | None = option(
         None,
         "plot the trials to a PNG, SVG or PDF file, chosen by its extension",
@@ -267,6 +273,7 @@ class Adapt(Action):
             physics=self.physics,
             pairs=self.pairs,
             measure=self.measure or DEFAULT_MEASURE,
+            champion=self.champion,
             workers=self.workers,
         )
 
@@ -282,6 +289,7 @@ class Adapt(Action):
             *damage_options(self.damage or ()),
             *self.flags_of("physics", "visible", "robot", "interactive"),
             *(["--name", self.name] if self.name else []),
+            *(["--champion", self.champion] if self.champion else []),
         ]
         try:
             with interruptible():
@@ -357,6 +365,7 @@ class Adapt(Action):
                 answers={key: value for key, value in answers.items() if value is not None},
                 name=name,
                 fresh=self.fresh,
+                champion=self.champion,
                 workers=self.workers,
                 on_progress=progress.advance,
                 on_warning=notice,

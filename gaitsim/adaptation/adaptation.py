@@ -13,6 +13,7 @@ from typing import Any, ClassVar, Literal, NamedTuple
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from gaitsim.adaptation.answers import Answer, Reading
+from gaitsim.adaptation.champion import Reference, find_reference
 from gaitsim.adaptation.changes import genes_of
 from gaitsim.adaptation.prior import (
     DEFAULT_MEASURE,
@@ -330,18 +331,26 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         measure_gait: function that returns the performance of a gait; None if the caller records
             each value.
         path: file of the session; None saves nothing.
+        reference: the champion to compare with; None without one.
 
     Attributes:
         prior: map of the intact body.
         session: conditions of the adaptation, and its trials so far.
         path: file of the session; None if nothing is saved.
+        reference: the champion to compare with; None without one.
         proposal: gait to try next; None once the adaptation has ended.
     """
 
     def __init__(
-        self, prior: Prior, session: Session, measure_gait: MeasureGait | None, path: Path | None
+        self,
+        prior: Prior,
+        session: Session,
+        measure_gait: MeasureGait | None,
+        path: Path | None,
+        reference: Reference | None = None,
     ) -> None:
         self.prior, self.session, self.path = prior, session, path
+        self.reference = reference
         self._measure_gait = measure_gait
         self.proposal: Proposal | None = propose(prior, session.trials, session.settings)
 
@@ -365,6 +374,18 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     def ending(self) -> str:
         """Reason why the adaptation has ended, one sentence; '' until then."""
         return ending(self.prior, self.trials, self.session.settings)
+
+    @property
+    def shares(self) -> str:
+        """The best trial, such as '2.37 m, 86% of the best in the atlas'; '' without a trial."""
+        if (best := self.best) is None:
+            return ""
+        unit, value = f" {self.prior.unit}".rstrip(), best.measured
+        text = f"{value:.3f}{unit}, {value / self.prior.best:.0%} of the best in the atlas"
+        if self.reference is None:
+            return text
+        whole = self.reference.performance
+        return f"{text}, {value / whole:.0%} of the champion's {whole:.3g}{unit}"
 
     @cached_property
     def reading(self) -> Reading:
@@ -538,6 +559,7 @@ def open_adaptation(
     record: bool = True,
     name: str | None = None,
     fresh: bool = False,
+    champion: str | None = None,
     workers: int | None = None,
     on_progress: OnProgress = lambda done: None,
     on_warning: OnWarning = lambda text: None,
@@ -563,6 +585,7 @@ def open_adaptation(
         record: whether to save the trials in a file in the run's folder.
         name: name of that file; None for a name that describes the damage or the place.
         fresh: whether to start over and replace the file.
+        champion: run of the champion to compare with; see `find_reference`.
         workers: number of workers that evaluate the map; None for a number that suits the body.
         on_progress: called with the number of gaits evaluated since the last call.
         on_warning: called with a message for the user.
@@ -609,6 +632,7 @@ def open_adaptation(
     if not of_robot:
         physics = place == "physics"
         measure_gait = simulated_robot(experiment, wanted, session.measure, physics=physics)
+    reference = find_reference(run, champion, session.measure, physics=place == "physics")
     prior = read_prior(
         run,
         session.measure,
@@ -630,7 +654,7 @@ def open_adaptation(
         write_session(path, session)
     elif path is not None and session != found:
         replace_session(path, found, session)
-    return Adaptation(prior, session, measure_gait, path)
+    return Adaptation(prior, session, measure_gait, path, reference)
 
 
 def trial_number(text: str) -> int:

@@ -15,6 +15,7 @@ import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from gaitsim.adaptation.adaptation import Place
+from gaitsim.adaptation.champion import Reference, find_reference
 from gaitsim.adaptation.prior import (
     DEFAULT_MEASURE,
     OnProgress,
@@ -97,6 +98,7 @@ class AdaptationReport:
         settings: settings of the adaptations.
         intact: measured performance of the most promising gaits on the intact body, by member.
         cases: finished adaptations.
+        reference: the champion of a run, on the intact body; None without one.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -108,6 +110,7 @@ class AdaptationReport:
     settings: AdaptationSettings
     intact: dict[int, float]
     cases: tuple[Case, ...] = ()
+    reference: Reference | None = None
 
     @property
     def best(self) -> float:
@@ -142,6 +145,7 @@ def make_report(
     physics: bool = False,
     measure: str = DEFAULT_MEASURE,
     settings: AdaptationSettings | None = None,
+    champion: str | None = None,
     workers: int | None = None,
     on_atlas: OnProgress = lambda done: None,
     on_case: OnSteps = lambda done, total: None,
@@ -159,10 +163,12 @@ def make_report(
         physics: whether to use the body's twin, its version in rigid-body physics.
         measure: name of the performance measure.
         settings: settings of the adaptations; None for the defaults.
+        champion: run of the champion to compare with; see `find_reference`.
         workers: number of gaits tried at a time; None for the number of cores.
         on_atlas: called with the number of gaits measured on the intact body since the last call.
         on_case: called whenever a case finishes.
     """
+    reference = find_reference(run, champion, measure, physics=physics)
     prior = read_prior(run, measure, workers=workers, on_progress=on_atlas)
     damages, path = leg_losses(prior.experiment, pairs=pairs), folder / FILE
     with writing(folder):
@@ -176,15 +182,18 @@ def make_report(
         {},
     )
     found = read_report(path, len(prior.genomes))
-    if found and replace(found, intact={}, cases=()) != wanted:
+    if found and replace(found, intact={}, cases=(), reference=None) != wanted:
         raise RunError(
             f"{path} contains a report on a different atlas or with different options",
             remedy=_REMEDY,
         )
+    begun = replace(found or wanted, reference=reference)
+    if found and found != begun:
+        _write(path, begun)
     report = complete_report(
         run,
         prior,
-        found or wanted,
+        begun,
         damages,
         save=partial(_write, path),
         workers=workers,
@@ -311,6 +320,8 @@ def _inconsistency(report: AdaptationReport, members: int) -> str:
         return "a value is not a finite number"
     if not all(1 <= one <= members for one in (*report.intact, *(one.member for one in trials))):
         return "it contains members that the atlas does not have"
+    if report.reference and not 0 < report.reference.performance < LARGEST_SCORE:
+        return "its champion does not walk"
     if not max(report.intact.values(), default=0) > 0:
         return "it has no gait that walks on the intact body"
     if not all(len(case.trials) == len(case.random) > 0 for case in report.cases):
@@ -365,6 +376,13 @@ def summary(report: AdaptationReport, source: str, figures: Sequence[str] = ()) 
     where = "in rigid-body physics" if report.place == "physics" else "in simulation"
     measured = len(report.intact)
     unit = f" {report.unit}".rstrip()
+    columns, meaning = ["kept", "champion", "random"], ""
+    if report.reference is not None:
+        run, whole = report.reference.run, f"{report.reference.performance:.3g}{unit}"
+        columns.insert(0, f"of {whole}")
+        which = f"of {run}" if run else "from which the atlas began"
+        meaning = f" {whole}: the champion {which}, on the intact body."
+    columns = ["damage", "trials", f"{report.measure}{unit and ','}{unit}", *columns]
     lines = [
         f"# {source}: adaptation to damage",
         "",
@@ -372,10 +390,10 @@ def summary(report: AdaptationReport, source: str, figures: Sequence[str] = ()) 
         + (f", of the {measured} most promising gaits." if measured > 1 else "."),
         "The last three columns are shares of this value. Kept: the best gait found by adaptation. "
         "Champion: the map's best gait, without adaptation. Random: the best of as many "
-        "random gaits of the map as there were trials.",
+        f"random gaits of the map as there were trials.{meaning}",
         "",
-        f"| damage | trials | {report.measure}{unit and ','}{unit} | kept | champion | random |",
-        "| --- | --- | --- | --- | --- | --- |",
+        f"| {' | '.join(columns)} |",
+        f"|{' --- |' * len(columns)}",
     ]
     lines += [_row(report, case.name, [case]) for case in report.cases]
     for count in sorted({len(case.damage) for case in report.cases}):
@@ -389,15 +407,18 @@ def _row(report: AdaptationReport, name: str, cases: Sequence[Case]) -> str:
     def median(value: Callable[[Case], float]) -> float:
         return statistics.median(map(value, cases))
 
-    shares = (
-        median(lambda case: report.kept(case.best.measured)),
+    measured = median(lambda case: case.best.measured)
+    shares = [
+        report.kept(measured),
         median(lambda case: report.kept(case.champion)),
         median(lambda case: report.kept(max(case.random))),
-    )
+    ]
+    if report.reference is not None:
+        shares.insert(0, measured / report.reference.performance)
     cells = [
         name,
         f"{median(lambda case: len(case.trials)):g}",
-        f"{median(lambda case: case.best.measured):.3g}",
+        f"{measured:.3g}",
         *(f"{one:.0%}" for one in shares),
     ]
     return f"| {' | '.join(cells)} |"

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from gaitsim.adaptation.adaptation import check_gaits, read_session, trials_of
+from gaitsim.adaptation.champion import find_reference
 from gaitsim.adaptation.prior import (
     OnProgress,
     Prior,
@@ -228,6 +229,10 @@ def _wrong_cases(
         on_case=on_case,
     )
     found = _intact_differences(report.intact, again.intact)
+    if report.reference and not report.reference.run:
+        physics = report.place == "physics"
+        if report.reference != find_reference(run, None, report.measure, physics=physics):
+            found.append("the champion from which the atlas began performs differently")
     if report.unit != prior.unit:
         found.append(f"the unit is {prior.unit!r}, not {report.unit!r}")
     if report.place == "physics":

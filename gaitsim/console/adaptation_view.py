@@ -43,7 +43,7 @@ class AdaptationView:
 
     def __init__(self, adaptation: Adaptation, json: bool) -> None:
         self._adaptation, self._json = adaptation, json
-        prior, session = adaptation.prior, adaptation.session
+        prior, session, reference = adaptation.prior, adaptation.session, adaptation.reference
         self._unit = f" {prior.unit}".rstrip()
         if json:
             return
@@ -55,7 +55,8 @@ class AdaptationView:
         }
         output().print(
             f"{prior.source}: {len(prior.performance):,} gaits to try on {where[session.place]}; "
-            f"best {prior.measure} in the atlas: {prior.best:.3g}{self._unit}",
+            f"best {prior.measure} in the atlas: {prior.best:.3g}{self._unit}"
+            + (f", of the champion: {reference.performance:.3g}{self._unit}" if reference else ""),
             style="bold",
         )
 
@@ -111,19 +112,21 @@ class AdaptationView:
         if best is None or gait is None:
             raise ValueError("an adaptation cannot end without a trial")
         name = analyse_individual(gait).name.name
-        share = best.measured / prior.best
         if self._json:
+            shares = {"share": best.measured / prior.best}
+            if adaptation.reference is not None:
+                whole = adaptation.reference.performance
+                shares |= {"champion": whole, "share_of_champion": best.measured / whole}
             values = {"member": best.member, "gait": name, "measured": best.measured}
             path = str(adaptation.path) if adaptation.path else None
             ended = {"ended": adaptation.ending, "trials": len(adaptation.trials)}
             values |= {"genome": [*best.genome], "file": str(file)} if file else {}
-            print_json({**ended, **values, "share": share, "adaptation": path})
+            print_json({**ended, **values, **shares, "adaptation": path})
             return
         echo(f"Ended: {adaptation.ending}.")
         gait_words = "an unnamed gait" if name == "none" else f"{name} in the atlas"
         output().print(
-            f"Best: {_of(best)}, {gait_words}: {best.measured:.3f}{self._unit}, "
-            f"{share:.0%} of the best in the atlas",
+            f"Best: {_of(best)}, {gait_words}: {adaptation.shares}",
             style="bold",
         )
         damage = damage_options(adaptation.session.damage)
@@ -198,7 +201,7 @@ def write_report(
         raise GaitsimError(
             "--report covers all leg losses, so only some options can be combined with it",
             where="--report",
-            allowed="--pairs, --physics, --measure, --workers, and the options under "
+            allowed="--pairs, --physics, --measure, --champion, --workers, and the options under "
             "'How trials are chosen'",
         )
     try:

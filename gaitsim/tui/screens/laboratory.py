@@ -325,7 +325,11 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self._list(adaptation)
         if adaptation.best is not None:
             await self._show_trial(adaptation, adaptation.best)
-        self._say(adaptation.ending or "Stopped; press a to continue.")
+        self._say(
+            f"{adaptation.ending}. {adaptation.shares}"
+            if adaptation.ending
+            else "Stopped; press a to continue."
+        )
 
     def _list(self, adaptation: Adaptation) -> None:
         """Show all trials in the table and on the map along axes of a damaged leg."""
