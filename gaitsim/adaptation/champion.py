@@ -9,11 +9,13 @@ from gaitsim.adaptation.trials import simulated_robot
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import Experiment
 from gaitsim.experiment.loading import parse_experiment
-from gaitsim.gait.changed import can_be_damaged, damage_body
+from gaitsim.gait.changed import with_body
 from gaitsim.individual import Individual
 from gaitsim.storage.creation import find_individual
 from gaitsim.storage.files.schema import EXACT_KEYS
 from gaitsim.storage.snapshot import RunSnapshot
+
+SAME = "damage", "duration"  # options of the body that a champion takes from the atlas
 
 
 @dataclass(frozen=True)
@@ -58,13 +60,14 @@ def find_reference(
     else:
         return None
     experiment, atlas = parse_experiment(text, "the champion"), run.experiment_at(run.generation)
-    if can_be_damaged(experiment):
-        experiment = damage_body(experiment, ())
+    own, wanted = dict(experiment.organism), dict(atlas.organism)
+    shared = {f"organism.{name}": wanted[name] for name in SAME if name in own and name in wanted}
+    experiment = with_body(experiment, shared)
     individual, member = Individual(experiment, 0.0, {}, 1, genome), run.individual()
     if _body(experiment) != _body(atlas):
         problem = "has another body than the atlas"
-    elif (seconds := _seconds(individual)) != (wanted := _seconds(member)):
-        problem = f"walks for {seconds:g} s, the gaits of the atlas for {wanted:g} s"
+    elif (seconds := _seconds(individual)) != (others := _seconds(member)):
+        problem = f"walks for {seconds:g} s, the gaits of the atlas for {others:g} s"
     else:
         robot = simulated_robot(experiment, (), measure, physics=physics)
         if (performance := robot(individual)) > 0:
@@ -84,4 +87,4 @@ def _body(experiment: Experiment) -> tuple[object, tuple[str, ...]]:
 
 
 def _seconds(individual: Individual) -> float:
-    return len(individual.skeleton.path) / individual.skeleton.frame_rate
+    return (len(individual.skeleton.path) - 1) / individual.skeleton.frame_rate

@@ -165,11 +165,14 @@ def verify_report(
     else:
         chosen = []
     rest = number - len(chosen)
+    unknown = [f"the measured values of {rest} cases"] if rest else []
+    if report.reference and report.reference.run:
+        unknown.append(f"how far the champion of {report.reference.run} walks")
     rows = [
         Account(
             FILE,
             f"all proposals computed again; {len(chosen)} of {number} cases measured again",
-            f"the measured values of {rest} cases" if rest else "",
+            "; ".join(unknown),
         )
     ]
     if finished:

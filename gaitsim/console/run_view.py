@@ -107,7 +107,7 @@ def _next_commands_of_archive(run: RunSnapshot, view: ArchiveView) -> Iterator[t
             "the best gait; other members have other numbers",
         )
     legs = [*run.experiment.organism.leg_joints()]
-    if legs and can_be_damaged(run.experiment):
+    if len(legs) > 2 and can_be_damaged(run.experiment):
         lost = command("adapt", run.path, "--damage", f"{legs[0]} lost")
         yield lost, "find a gait without a leg"
     yield command("resume", run.path, "--generations", next_goal(run)), "continue evolving"
