@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import GaitsimError
+from gaitsim.render.terminal.plan import leg_at, next_leg, plan_of
 from gaitsim.testing.rules.views import check_rig
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
@@ -91,3 +92,10 @@ def test_pictures_show_the_damage():
 def test_impossible_damage_is_refused(damage, message):
     with pytest.raises(GaitsimError, match=message):
         walker(damage)
+
+
+def test_the_plan_separates_near_and_far_legs():
+    one = walker()
+    plan = plan_of(one.skeleton(one.play(np.zeros((1, 2, 8))), 0), one.leg_joints())
+    assert [leg_at(plan, column, 7, (20, 8)) for column in (2, 17)] == ["far hind", "near hind"]
+    assert next_leg(plan, "near fore", 0, 1) == "far fore"

@@ -16,6 +16,7 @@ DOTTED = 1, 2  # dots drawn and left out in the lines of a lost leg
 SIGNS = {LOST: "✗", DAMAGED: "!"}
 HEAD = "▲"
 LABEL_EXTRA = 3  # characters in a label besides the name: a sign of damage, and two brackets
+SPREAD = 0.25  # distance of the legs of a body in a plane from its line, as a share of its length
 LABEL_GAP = 1  # cells between a foot and its label
 
 
@@ -42,7 +43,8 @@ def plan_of(skeleton: Skeleton, legs: Mapping[str, tuple[str, ...]]) -> Plan:
     """Return the plan of a body in the first frame of a skeleton.
 
     A segment belongs to the leg whose name begins the segment's name. A foot is the contact named
-    after the leg, or else the end of the leg's last segment.
+    after the leg, or else the end of the leg's last segment. The legs of a body in a plane are
+    moved sideways.
     """
     segments = skeleton.segments[0, :, :, :2].astype(np.float64)
     owners = np.full(len(segments), -1, dtype=np.intp)
@@ -54,6 +56,11 @@ def plan_of(skeleton: Skeleton, legs: Mapping[str, tuple[str, ...]]) -> Plan:
             feet[number] = skeleton.contacts[0, skeleton.contact_names.index(leg), :2]
         elif any(owned):
             feet[number] = segments[owned][-1, 1]
+    if not segments[..., 1].any():  # a body in a plane, whose second half of the legs is far
+        reach = SPREAD * np.ptp(segments[..., 0])
+        left = np.where(np.arange(len(legs)) < len(legs) / 2, -reach, reach)
+        segments[owners >= 0, :, 1] = left[owners[owners >= 0], None]
+        feet[:, 1] = left
     return Plan(segments, owners, skeleton.names, feet, dict(legs))
 
 
