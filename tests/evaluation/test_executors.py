@@ -71,6 +71,20 @@ def test_workers_that_nobody_closed_end_with_the_program(tmp_path):
     assert (done.stdout, done.stderr) == ("[9]\n", "")
 
 
+@posix
+def test_workers_start_where_stderr_is_no_file_as_in_the_terminal_ui():
+    code = (
+        "import sys; from types import SimpleNamespace\n"
+        "sys.stderr = SimpleNamespace(fileno=lambda: -1, flush=print)\n"
+        "from gaitsim.evaluation.processes import block_signals\n"
+        "with block_signals(): print('started')"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], check=False, capture_output=True, text=True, timeout=60
+    )
+    assert "started" in done.stdout
+
+
 def marks(folder, number, count):
     for mark in range(count):
         (folder / f"{number}-{mark}").touch()
