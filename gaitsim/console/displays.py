@@ -19,7 +19,7 @@ from gaitsim.console.printing import echo, notice, output, print_json
 from gaitsim.evolution import Generation
 from gaitsim.live.protocol import Snapshot
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import number, visible
+from gaitsim.render.terminal.text import number, percent, visible
 from gaitsim.storage.files.history import FIGURE, MEAN, figures_of, row
 from gaitsim.storage.growing import Rows
 
@@ -260,7 +260,7 @@ class LiveView(Display):
             return foot.append(note, style="not dim yellow")
         parts = []
         if self._share and self._clock() - self._ends[-1][0] > LONG:
-            parts = [f"generation {self._done + 1:,}: {self._share:.0%} scored"]
+            parts = [f"generation {self._done + 1:,}: {percent(self._share)} scored"]
         _, rate = self._speed()
         parts += [f"{rate:,.0f} evaluations/s"] if rate else []
         if snapshot.champion is not None:
@@ -367,7 +367,7 @@ class PlainLines(Display):
         now, known = self._clock(), self._snapshot
         if share < 1 and now - self._reported > LINE_EVERY:
             self._reported = now
-            echo(f"generation {known.generation + 1}/{known.generations}  {share:.0%} scored")
+            echo(f"generation {known.generation + 1}/{known.generations}  {percent(share)} scored")
 
     def update(self, snapshot: Snapshot, rows: Sequence[Row]) -> None:
         """Print a line if two seconds have passed or the run has ended."""

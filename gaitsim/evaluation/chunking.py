@@ -34,7 +34,7 @@ PINGS = 32  # empty tasks, to measure the workers
 
 BATCHES = (3, 24, 192)  # sizes of the batches that are timed before the first population
 LONGEST = 5.0
-"""Seconds that a chunk should take at most, so that a long generation shows its progress."""
+"""Seconds that a task should take at most, so that a long generation shows its progress."""
 
 RELIABLE = 0.05
 """Seconds from which a measurement is reliable: interruptions by other programs are shorter."""
@@ -256,6 +256,12 @@ class Scheduler:
             )
             self._on_idle = None
         return chunks
+
+    def split_worlds(self, individuals: int, worlds: int) -> list[slice]:
+        """Return the parts of the worlds in which tasks move a chunk, each for a few seconds."""
+        seconds = self.cost_model.seconds(individuals)
+        size = max(1, int(worlds * min(1.0, LONGEST / seconds))) if seconds else worlds
+        return [slice(first, first + size) for first in range(0, worlds, size)]
 
     def _decide(self, individuals: int) -> int:
         plan = self.plan(individuals)

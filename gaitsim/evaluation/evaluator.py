@@ -1,7 +1,8 @@
 """Evaluate a population in chunks, in this process or on an executor.
 
 The score of an individual depends only on its own genome. The result is therefore identical for
-any number of chunks, in whatever order they finish.
+any number of chunks, in whatever order they finish. Workers get a chunk in parts of the worlds if
+it takes long; its scores are combined here when all parts are finished, in the order of the worlds.
 """
 
 import time
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from functools import partial
+from itertools import islice
 from typing import Self
 
 import numpy as np
@@ -24,7 +26,13 @@ from gaitsim.evaluation.executors import (
     cores,
 )
 from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
-from gaitsim.evaluation.scoring import Evaluation, evaluate, join_evaluations
+from gaitsim.evaluation.scoring import (
+    Evaluation,
+    combine_worlds,
+    evaluate,
+    evaluate_worlds,
+    join_evaluations,
+)
 from gaitsim.evaluation.serialized import SerializedExperiment, prepare
 from gaitsim.experiment import Experiment
 from gaitsim.registry import plugin_context
@@ -176,14 +184,7 @@ class Evaluator:
                 chunks = scheduler.chunks(len(genomes))
         if scheduler is not None and chunks > 1:
             populations = np.split(genomes, split_indices(len(genomes), chunks, self.workers))
-            scored = self._scored([len(one) / len(genomes) for one in populations])
-            results = self._map_remotely(
-                scheduler, partial(_timed, generation), populations, scored
-            )
-            self._compare_workers(scheduler)
-            seconds = sum(seconds for seconds, _ in results)
-            scheduler.cost_model.learn(len(genomes) / len(results), seconds / len(results))
-            return join_evaluations(self.experiment, [part for _, part in results])
+            return self._evaluate_remotely(scheduler, populations, generation)
         start = time.perf_counter()
         cut = self._cut(genomes)
         worlds = self.experiment.worlds.count or 1
@@ -197,6 +198,29 @@ class Evaluator:
             seconds = time.perf_counter() - start
             scheduler.cost_model.learn(len(genomes), seconds, self._threads)
         return join_evaluations(self.experiment, parts)
+
+    def _evaluate_remotely(
+        self, scheduler: Scheduler, populations: Sequence[Genomes], generation: int
+    ) -> Evaluation:
+        """Score the chunks of a population on the workers."""
+        worlds, individuals = self.experiment.worlds.count or 1, sum(map(len, populations))
+        chunks = [(one, scheduler.split_worlds(len(one), worlds)) for one in populations]
+        tasks = [(one, part) for one, parts in chunks for part in parts]
+        shares = [len(one) / individuals / len(parts) for one, parts in chunks for _ in parts]
+        results = self._map_remotely(
+            scheduler, partial(_timed, generation), tasks, self._scored(shares)
+        )
+        self._compare_workers(scheduler)
+        seconds = sum(seconds for seconds, _ in results)
+        scheduler.cost_model.learn(individuals / len(chunks), seconds / len(chunks))
+        join = partial(join_evaluations, self.experiment)
+        found = (evaluation for _, evaluation in results)
+        return join(
+            [
+                combine_worlds(self.experiment, join([*islice(found, len(parts))]))
+                for _, parts in chunks
+            ]
+        )
 
     def _scored(self, shares: Sequence[float]) -> Callable[[int], None]:
         """Return a function that reports the share of a population that is scored.
@@ -219,7 +243,9 @@ class Evaluator:
             return
         genomes, generation, here = self._unchecked
         self._unchecked = None
-        [(_, there)] = self._map_remotely(scheduler, partial(_timed, generation), [genomes])
+        task = genomes, slice(None)
+        [(_, found)] = self._map_remotely(scheduler, partial(_timed, generation), [task])
+        there = combine_worlds(self.experiment, found)
         if np.array_equal(here.scores, there.scores):
             return
         code = " and the ".join(map(str, self.experiment.outside))
@@ -303,7 +329,10 @@ def _apply(
     return function(serialized.experiment, task)
 
 
-def _timed(generation: int, experiment: Experiment, genomes: Genomes) -> tuple[float, Evaluation]:
-    start = time.perf_counter()
-    evaluation = evaluate(experiment, genomes, generation)
+def _timed(
+    generation: int, experiment: Experiment, task: tuple[Genomes, slice]
+) -> tuple[float, Evaluation]:
+    """Return how long genomes moved in a part of the worlds, in seconds, and their evaluation."""
+    start, (genomes, part) = time.perf_counter(), task
+    evaluation = evaluate_worlds(experiment, genomes, generation, part=part)
     return time.perf_counter() - start, evaluation

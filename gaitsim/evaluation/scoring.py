@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import reduce
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes, Motion
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.values import values_to_read
-from gaitsim.evaluation.worlds import World, draw_worlds, in_world
+from gaitsim.evaluation.worlds import draw_worlds, in_world
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
 from gaitsim.registry.entry_points import SCORE
@@ -70,16 +71,30 @@ def evaluate(
         generation: number of the generation, counted from 1, in whose worlds they move.
         on_world: called after each world.
     """
+    return combine_worlds(experiment, evaluate_worlds(experiment, genomes, generation, on_world))
+
+
+def evaluate_worlds(
+    experiment: Experiment,
+    genomes: Genomes,
+    generation: int,
+    on_world: Callable[[], object] = lambda: None,
+    part: slice = slice(None),
+) -> Evaluation:
+    """Move and score genomes, (population, genes), in a part of the worlds, without constraints.
+
+    Returns:
+        The evaluations in these worlds one after the other, joined: (worlds · population,).
+    """
     if not experiment.worlds.count:
         evaluation = _evaluate(experiment, genomes)
         on_world()
-        return constrain(experiment, evaluation)
-    worlds = draw_worlds(experiment, generation)
+        return evaluation
     each = []
-    for world in worlds:
+    for world in draw_worlds(experiment, generation)[part]:
         each.append(_evaluate(in_world(experiment, world), genomes))
         on_world()
-    return constrain(experiment, combine_worlds(experiment, worlds, each))
+    return join_evaluations(experiment, each)
 
 
 def constrain(experiment: Experiment, evaluation: Evaluation) -> Evaluation:
@@ -123,34 +138,35 @@ def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
     return replace(evaluation, values=read)
 
 
-def combine_worlds(
-    experiment: Experiment, worlds: Sequence[World], evaluations: Sequence[Evaluation]
-) -> Evaluation:
-    """Combine the evaluations of a population in several worlds.
+def combine_worlds(experiment: Experiment, evaluation: Evaluation) -> Evaluation:
+    """Combine the joined evaluations of a population in all worlds of the experiment, in order.
 
     Each term and value is the mean over an individual's worst `experiment.worlds.counted` worlds.
-    An individual that fails in one world has failed.
+    An individual that fails in one world, or violates a constraint, has failed.
     """
-    for evaluation in evaluations:
-        check_terms(experiment, evaluations[0], evaluation)
-    scores = np.stack([evaluation.scores for evaluation in evaluations])
+    worlds = experiment.worlds.count
+    if not worlds:
+        return constrain(experiment, evaluation)
+    scores = evaluation.scores.reshape(worlds, -1)
     counted = np.argsort(scores, axis=0, kind="stable")[: experiment.worlds.counted]
 
-    def mean(values: Sequence[Scores]) -> Scores:
+    def mean(values: Scores) -> Scores:
+        # NumPy would sum a single individual's worlds in another order than those of several.
         with np.errstate(over="ignore", invalid="ignore"):
-            return np.asarray(np.take_along_axis(np.stack(values), counted, axis=0).mean(axis=0))
+            picked = np.take_along_axis(values.reshape(scores.shape), counted, axis=0)
+            return np.asarray(reduce(np.add, picked) / len(picked))
 
-    first = evaluations[0]
-    terms = {name: mean([one.terms[name] for one in evaluations]) for name in first.terms}
-    values = {name: mean([one.values[name] for one in evaluations]) for name in first.values}
+    terms = {name: mean(term) for name, term in evaluation.terms.items()}
+    values = {name: mean(value) for name, value in evaluation.values.items()}
     reasons: dict[int, str] = {}
-    for number, evaluation in enumerate(evaluations, 1):
-        for index, reason in evaluation.reasons.items():
-            reasons.setdefault(index, f"{reason}, in world {number} of {len(worlds)}")
+    for place, reason in evaluation.reasons.items():
+        world, index = divmod(place, scores.shape[1])
+        reasons.setdefault(index, f"{reason}, in world {world + 1} of {worlds}")
     total = _sum_terms(terms, reasons)
     if "score" in values:
         values["score"] = total
-    return Evaluation(total, terms, dict(sorted(reasons.items())), values)
+    combined = Evaluation(total, terms, dict(sorted(reasons.items())), values)
+    return constrain(experiment, combined)
 
 
 def evaluate_motion(experiment: Experiment, motion: object, population: int) -> Evaluation:
@@ -272,7 +288,7 @@ def check_terms(experiment: Experiment, before: Evaluation, after: Evaluation) -
 
 
 def join_evaluations(experiment: Experiment, parts: Sequence[Evaluation]) -> Evaluation:
-    """Join the evaluations of consecutive chunks to the evaluation of the population."""
+    """Join evaluations one after the other, such as those of consecutive chunks of a population."""
     if len(parts) == 1:
         return parts[0]
     reasons: dict[int, str] = {}

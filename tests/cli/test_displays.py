@@ -161,6 +161,8 @@ class TestLiveView:
         clock.now += 36_000.0
         view.scored(0.25)
         assert drawn(view)[1] == "generation 1: 25% scored"
+        view.scored(0.00014)
+        assert drawn(view)[1] == "generation 1: 0.01% scored"
         update(view, generation(1))
         assert "scored" not in "\n".join(drawn(view))
         assert drawn(view)[0].endswith(" 1/300 124 days, 14:00:00 left")

@@ -118,6 +118,17 @@ def test_chunks_of_a_long_generation_take_seconds():
     assert whole_arrays.chunks == 2  # more would repeat the minute
 
 
+def test_tasks_in_many_worlds_take_seconds():
+    made = scheduler(70.0, 70.0)  # 1,000 worlds
+    for individuals in (1, 3, 50):
+        parts = made.split_worlds(individuals, 1000)
+        sizes = [len(range(1000)[part]) for part in parts]
+        assert [number for part in parts for number in range(1000)[part]] == [*range(1000)]
+        assert max(sizes) == max(1, 1000 * LONGEST // (individuals * 70))
+    assert len(scheduler(0.001, 0.001).split_worlds(100, 1000)) == 1
+    assert len(Scheduler(1, Workers(2), True).split_worlds(100, 1000)) == 1  # not yet measured
+
+
 def test_a_single_individual_is_not_cut():
     assert scheduler(100.0, 100.0).chunks(1) == 1
 

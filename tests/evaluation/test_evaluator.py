@@ -24,8 +24,9 @@ def installed(monkeypatch, puppets):
 def assert_same(one, other):
     assert one.scores.tobytes() == other.scores.tobytes()
     assert list(one.terms) == list(other.terms)
-    for name, values in one.terms.items():
-        assert values.tobytes() == other.terms[name].tobytes()
+    for part, same in ((one.terms, other.terms), (one.values, other.values)):
+        for name, values in part.items():
+            assert values.tobytes() == same[name].tobytes()
     assert one.reasons == other.reasons
 
 
@@ -70,6 +71,45 @@ def test_processes_give_the_same_bits_as_none(puppet, installed, shared):
     genomes = first_population(puppet("evolution.population=7"))
     with Evaluator(puppet(), 2) as evaluator:
         assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
+
+
+@pytest.fixture
+def split(monkeypatch):
+    """Sets the size of the parts of the worlds that tasks get."""
+
+    def set_size(size):
+        monkeypatch.setattr(
+            Scheduler,
+            "split_worlds",
+            lambda self, individuals, worlds: [
+                slice(first, first + size) for first in range(0, worlds, size)
+            ],
+        )
+
+    return set_size
+
+
+@pytest.mark.parametrize("combine", ["mean", "worst tenth"])
+def test_chunks_and_parts_of_the_worlds_give_the_same_bits_as_none(
+    puppet, split, monkeypatch, combine
+):
+    experiment = puppet(
+        "organism.plugin=windy-puppet",
+        "worlds.number=99",
+        f"worlds.combine={combine}",
+        "constraints.at_least.score=-3",
+    )
+    genomes = first_population(puppet("evolution.population=7"))
+    genomes[2] = 2.0  # blown away in some worlds
+    whole = evaluate(experiment, genomes)
+    assert 2 in whole.reasons
+    assert len(whole.reasons) < 7
+    for size in (1, 10, 99):
+        split(size)
+        for chunks in (2, 3, 7):  # of one individual at last
+            monkeypatch.setattr(Scheduler, "chunks", lambda self, count, chunks=chunks: chunks)
+            with Evaluator(experiment, cluster=InTurn()) as evaluator:
+                assert_same(evaluator.evaluate(genomes), whole)
 
 
 SLOW = """
@@ -260,14 +300,19 @@ def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, insta
 
 
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_share_of_a_population_that_is_scored_is_reported(puppet, installed, shared, workers):
+@pytest.mark.parametrize("size", [1, 4])
+def test_the_share_of_a_population_that_is_scored_is_reported(
+    puppet, installed, shared, split, workers, size
+):
+    split(size)
     experiment = puppet("organism.plugin=windy-puppet", "worlds.number=4")
     found = []
     with Evaluator(experiment, workers) as evaluator:
         evaluator.on_share = found.append
         evaluator.evaluate(np.zeros((9, 3)))
-    assert found == sorted(found)
-    assert len(found) == (4 if workers == 1 else 3)  # worlds in this process, chunks in others
+    assert found == sorted(set(found))
+    # Worlds in this process; in others, three chunks in parts of the worlds.
+    assert len(found) == (4 if workers == 1 else 3 * 4 / size)
     assert found[-1] == pytest.approx(1.0)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from gaitsim.errors import ExperimentError
-from gaitsim.evaluation.scoring import Evaluation, combine_worlds, evaluate
+from gaitsim.evaluation.scoring import Evaluation, combine_worlds, evaluate, join_evaluations
 from gaitsim.evaluation.worlds import draw_unseen_worlds, draw_worlds, in_world
 from gaitsim.experiment import Experiment, load_experiment, parse_experiment, with_overrides
 
@@ -33,10 +33,9 @@ def test_a_score_is_the_mean_over_the_worst_worlds(combine, count):
 @pytest.mark.filterwarnings("error")
 def test_an_individual_that_fails_in_one_world_has_failed():
     experiment = walkers(**{"worlds.number": 2})
-    worlds = draw_worlds(experiment, 1)
     first = Evaluation(np.array([1.0, -np.inf]), {"a": np.array([1.0, np.inf])}, {1: "a is inf"})
     second = Evaluation(np.array([2.0, -np.inf]), {"a": np.array([2.0, -np.inf])}, {1: "a is -inf"})
-    found = combine_worlds(experiment, worlds, [first, second])
+    found = combine_worlds(experiment, join_evaluations(experiment, [first, second]))
     np.testing.assert_array_equal(found.scores, [1.5, -np.inf])
     assert found.reasons == {1: "a is inf, in world 1 of 2"}
 

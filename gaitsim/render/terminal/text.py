@@ -21,6 +21,11 @@ def number(value: float, digits: int = 3) -> str:
     return f"{value:z.{digits}f}".replace("-", "−")
 
 
+def percent(share: float) -> str:
+    """Format a share from 0 to 1 with more digits if it is small: '0.12%', '1.2%', '12%'."""
+    return f"{share:.{(share < 0.1) + (share < 0.01)}%}"
+
+
 def age(seconds: float) -> str:
     """Format an age in at most six characters: 'now', '12 s', '5 min', '3 h', '2 d', '14 w'."""
     if seconds < 5:

@@ -21,7 +21,7 @@ from textual.widgets import Static
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best, Event, Snapshot
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import duration, number, visible_lines
+from gaitsim.render.terminal.text import duration, number, percent, visible_lines
 from gaitsim.storage.files.history import FIGURE, MEAN
 from gaitsim.storage.growing import HistoryBuffer
 from gaitsim.tui.formatting import clip
@@ -272,7 +272,7 @@ def status_line(snapshot: Snapshot, state: str, width: int, styles: Styles) -> T
         speed = f"{snapshot.evaluations_per_second:,.0f}"
         rest.append(f"  {speed} evaluation{'s' * (speed != '1')}/s")
     if snapshot.scored > 0 and not snapshot.ended:
-        rest.append(f"  {snapshot.scored:.0%} of the next scored")
+        rest.append(f"  {percent(snapshot.scored)} of the next scored")
     left = snapshot.seconds_left
     if left is not None and not snapshot.ended:
         rest.append(f"  {duration(left)} left")
