@@ -365,7 +365,7 @@ class PlainLines(Display):
     def scored(self, share: float) -> None:
         """Print a line about a generation that takes a while."""
         now, known = self._clock(), self._snapshot
-        if share < 1 and now - self._reported > LINE_EVERY:
+        if share < 0.995 and now - self._reported > LINE_EVERY:
             self._reported = now
             echo(f"generation {known.generation + 1}/{known.generations}  {percent(share)} scored")
 
