@@ -228,7 +228,7 @@ def block_signals() -> Iterator[None]:
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
-    with redirect_stderr(sys.__stderr__):  # the tracker inherits it, but Textual's is no file
+    with redirect_stderr(sys.__stderr__):  # the tracker inherits it; Textual's has no number
         resource_tracker.ensure_running()  # starting it with the first child would unblock signals
     before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGTERM])
     try:

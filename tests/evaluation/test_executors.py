@@ -72,7 +72,7 @@ def test_workers_that_nobody_closed_end_with_the_program(tmp_path):
 
 
 @posix
-def test_workers_start_where_stderr_is_no_file_as_in_the_terminal_ui():
+def test_workers_start_where_stderr_has_no_number_as_in_the_terminal_ui():
     code = (
         "import sys; from types import SimpleNamespace\n"
         "sys.stderr = SimpleNamespace(fileno=lambda: -1, flush=print)\n"
