@@ -45,11 +45,11 @@ def epochs(monkeypatch):
 
     handed, original = [], ProcessExecutor.map
 
-    def record(self, function, tasks):
+    def record(self, function, tasks, *following):
         tasks = list(tasks)
         if hasattr(tasks[0], "island"):
             handed.append((len(tasks), tasks[0].first, tasks[0].last))
-        return original(self, function, tasks)
+        return original(self, function, tasks, *following)
 
     monkeypatch.setattr(ProcessExecutor, "map", record)
     return handed
