@@ -68,6 +68,7 @@ def test_presets_files_runs_champions_and_codes_are_steered(gaitsim, cart, opene
     assert screen._record.name == "mine"
 
 
+@pytest.mark.slow
 def test_gaits_of_the_spider_are_steered_in_physics(gaitsim, opened, spider_run):
     said = gaitsim("steer", "spider", "--set", "organism.friction=0.6").stderr
     assert "spider's gait, played by spider-physics" in said

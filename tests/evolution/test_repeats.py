@@ -73,6 +73,7 @@ def test_best_scores_never_fall() -> None:
     assert (np.diff(best, axis=0) >= 0).all()
 
 
+@pytest.mark.slow
 def test_a_part_of_independent_repeats_has_the_same_scores() -> None:
     """Whatever else is evolved with it, also in redrawn worlds."""
     for worlds in ("worlds.number=0", "worlds.number=2"):

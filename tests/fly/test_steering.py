@@ -52,6 +52,7 @@ def test_splitting_a_command_does_not_change_any_bit_and_control_passes_smoothly
     assert own.measures(first)["largest tilt"].values[0] < 90
 
 
+@pytest.mark.slow
 def test_a_steered_network_flies_a_course_as_in_move() -> None:
     own = fly(course="forward", duration=0.5)
     genome = own.controllers()["forward"]
@@ -122,6 +123,7 @@ def test_a_course_alternates_with_others() -> None:
     assert changes.any(axis=0).all()  # each trial climbs in some parts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(5))
 def test_it_flies_for_a_minute_under_random_commands(seed: int) -> None:
     own = fly()

@@ -41,6 +41,7 @@ def test_a_blind_robot_keeps_its_drive_and_the_shares_of_its_commands():
     assert blind.command_gains == (0.8, 0.7, 0.6)
 
 
+@pytest.mark.slow
 def test_each_draw_is_the_gait_in_that_world(monkeypatch):
     monkeypatch.setattr(feedback, "WORLDS", feedback.WORLDS[:2])
     individual = trot({**FEELING, "organism.drive": TURN})

@@ -21,6 +21,7 @@ def champion(request):
     return search.champion
 
 
+@pytest.mark.slow
 def test_a_champion_walks_on_the_twin_as_far_as_its_joint_angles(champion):
     twin, about = rhythm_on_twin(champion)
     assert has_rhythm_on_twin(champion)

@@ -147,6 +147,7 @@ def test_an_interrupted_video_leaves_no_file(tmp_path, stop):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_300_frames_of_a_spider_give_300_pictures(spider_run, tmp_path):
     assert len(Video(spider_run, (), RenderSettings(**SMALL))) == 300
     video = Video(spider_run, (), RenderSettings(fps=2, speed=1, **SMALL))

@@ -79,6 +79,7 @@ def test_evolved_options_and_weights_are_genes():
     )
 
 
+@pytest.mark.slow
 def test_drives_are_obeyed():
     body = robot(reflexes={"heading": {}}, duration=8)
     drive = [{"speed": 0.2}, {"at": 4, "speed": 0.0, "turn": 30.0}, {"at": 7, "turn": 0.0}]

@@ -65,6 +65,7 @@ def test_a_drive_repeats_bit_for_bit(options):
         assert np.array_equal(expected, mine), name
 
 
+@pytest.mark.slow
 def test_equal_commands_give_the_same_bits_however_frames_are_split():
     robot = Robot(model="hexapod")
     genome = robot.controllers()["gait"]

@@ -214,6 +214,7 @@ def test_python_warns_of_a_robot_before_it_evolves(write):
         gs.evolve(path, set={"organism.duration": 0.5})
 
 
+@pytest.mark.slow
 def test_a_run_warns_of_its_robot_at_the_start(gaitsim, write):
     write(angle=180 / np.pi)
     brief = "--generations", 1, "--population", 4, "--set", "organism.duration=0.5"

@@ -147,6 +147,7 @@ def test_a_study_reports_the_importance_of_its_options(gaitsim, tmp_path):
         gs.importance(folder)
 
 
+@pytest.mark.slow
 def test_experiments_are_an_option_only_if_their_scores_are_comparable(gaitsim, tmp_path):
     for others, count in (("millipede-random", 1), ("spider-genetic", 2)):
         text = STUDY_TEXT.replace('["millipede-mutation"]', f'["millipede-mutation", "{others}"]')

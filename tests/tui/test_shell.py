@@ -375,6 +375,7 @@ class TestKeys:
             assert '• unknown key "kyes"; ' in shown
             assert driver.app.theme == "gaitsim-dark"
 
+    @pytest.mark.slow
     async def test_a_key_assigned_twice_is_reported(self, walk, drive, config):
         walk()
         async with drive(
