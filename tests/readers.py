@@ -27,7 +27,7 @@ import tomlkit
 from conftest import PUPPET
 from mutations import changed_bytes, changed_values
 from pydantic import ValidationError
-from run_helpers import THRESHOLD, continue_run, seal
+from run_helpers import STUDY, THRESHOLD, continue_run, seal
 from scipy.io import savemat
 from small_robots import QUADRUPED
 
@@ -328,19 +328,6 @@ if shutil.which("ssh-keygen"):
 
 
 # Studies
-
-STUDY = """
-name = "small"
-experiments = ["millipede-random", "millipede-mutation"]
-set = { "evolution.generations" = 3 }
-repeats = 2
-target = 2.0
-[axes]
-"evolution.population" = [5, 7]
-"organism.pairs" = [2]
-[published]
-millipede-random = { population = 5, generations = 4 }
-"""
 
 
 @kept

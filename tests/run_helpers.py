@@ -15,6 +15,19 @@ from gaitsim.storage.writer import RunWriter
 LONG = "evolution.generations=8"
 THRESHOLD = "evolution.fitness_threshold=0"
 
+STUDY = """
+name = "small"
+experiments = ["millipede-random", "millipede-mutation"]
+set = { "evolution.generations" = 3 }
+repeats = 2
+target = 2.0
+[axes]
+"evolution.population" = [5, 7]
+"organism.pairs" = [2]
+[published]
+millipede-random = { population = 5, generations = 4 }
+"""
+
 
 def events(writer):
     """Return an iterator over the next generations of a run."""

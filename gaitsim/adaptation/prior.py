@@ -234,7 +234,9 @@ def read_prior(
         tuple(members.values),
         _behaviour(members),
         performed,
-        evaluated(damage_body(experiment, damage), f"{measure} {damage}") if damage else None,
+        evaluated(damage_body(experiment, damage), _damaged_name(measure, damage))
+        if damage
+        else None,
         tuple(damage),
     )
 
@@ -256,12 +258,17 @@ def poverty(prior: Prior) -> str:
     )
 
 
+def _damaged_name(measure: str, damage: Sequence[str]) -> str:
+    """Return the name under which the performance on a body with known damage is cached."""
+    return f"{measure} {tuple(damage)}"
+
+
 def intact_differences(run: RunSnapshot, prior: Prior, damage: Sequence[str] = ()) -> list[str]:
     """Return how cached performance of members differs from that of `read_prior`."""
     maps = {prior.measure: (prior.experiment, prior.performance)}
     if prior.damaged is not None:
         body = damage_body(prior.experiment, damage)
-        maps[f"{prior.measure} {damage}"] = body, prior.damaged
+        maps[_damaged_name(prior.measure, damage)] = body, prior.damaged
     found = []
     for name, (body, performed) in maps.items():
         key = cache_key(run, prior.measure, body)

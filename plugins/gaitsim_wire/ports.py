@@ -1,5 +1,6 @@
 """Serial ports: opening one, and the errors that it may give."""
 
+import errno
 import os
 from pathlib import Path
 from typing import Any
@@ -47,14 +48,14 @@ def _cannot_open(path: str, error: Exception) -> GaitsimError:
             allowed=f"a serial port of this machine: {ports}",
             remedy="connect the adapter, and look at its name with 'ls /dev/tty*'",
         )
-    if number == 13 or isinstance(error, PermissionError):
+    if number == errno.EACCES or isinstance(error, PermissionError):
         return GaitsimError(
             f"no permission to open {path}",
             where="--port",
             allowed=f"users in the group {_group(path)}",
             remedy=f"sudo usermod -aG {_group(path)} $USER, then log out and in again",
         )
-    if number in (11, 16) or "exclusively lock" in str(error):
+    if number in (errno.EAGAIN, errno.EBUSY) or "exclusively lock" in str(error):
         return GaitsimError(
             f"another program uses {path}",
             where="--port",

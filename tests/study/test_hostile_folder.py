@@ -5,6 +5,7 @@ import shutil
 
 import numpy as np
 import pytest
+from run_helpers import STUDY
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.render.plots.surfaces import plot_surfaces
@@ -12,26 +13,13 @@ from gaitsim.study.file import MOST_SCORES, cells, parse_study
 from gaitsim.study.results import write_results
 from gaitsim.study.running import CELLS, FRESH, run_cells
 
-SMALL = """
-name = "small"
-experiments = ["millipede-random", "millipede-mutation"]
-set = { "evolution.generations" = 3 }
-repeats = 2
-target = 2.0
-[axes]
-"evolution.population" = [5, 7]
-"organism.pairs" = [2]
-[published]
-millipede-random = { population = 5, generations = 4 }
-"""
-
 
 @pytest.fixture(scope="module")
 def studied(tmp_path_factory):
     """Return the folder of a finished study."""
-    study = parse_study(SMALL, "small.toml")
+    study = parse_study(STUDY, "small.toml")
     folder = tmp_path_factory.mktemp("study")
-    (folder / "study.toml").write_text(SMALL)
+    (folder / "study.toml").write_text(STUDY)
     every = cells(study)
     for cell in every[::2]:
         (folder / f"{1 + cell.index // 2}.toml").write_text(cell.experiment.to_toml())
@@ -104,7 +92,7 @@ def test_attacks_on_each_file_of_a_study(attack, folder, gaitsim):
 
 
 def test_the_largest_scores_are_summarised(tmp_path):
-    study = parse_study(SMALL.replace('"organism.pairs" = [2]', ""), "s")
+    study = parse_study(STUDY.replace('"organism.pairs" = [2]', ""), "s")
     found = [(cell, np.full((2, 3), score)) for cell in cells(study) for score in (1.7e308, -1e308)]
     write_results(tmp_path, study, found)
     plot_surfaces(tmp_path, study, found)
@@ -115,12 +103,12 @@ def test_the_largest_scores_are_summarised(tmp_path):
 
 
 def test_the_number_of_recorded_scores_is_limited():
-    text = SMALL.replace("repeats = 2", "repeats = 1_000_000").replace("= 3 }", "= 100_000_000 }")
+    text = STUDY.replace("repeats = 2", "repeats = 1_000_000").replace("= 3 }", "= 100_000_000 }")
     with pytest.raises(GaitsimError, match=f"more than {MOST_SCORES:,} scores"):
         cells(parse_study(text, "s"))
 
 
 def test_the_number_of_reported_problems_is_limited():
-    text = SMALL.replace("[5, 7]", "{ from = 6, to = 100_000, step = 2 }")
+    text = STUDY.replace("[5, 7]", "{ from = 6, to = 100_000, step = 2 }")
     with pytest.raises(GaitsimError, match="cells after the first 20 were not checked"):
         cells(parse_study(text, "s"))
