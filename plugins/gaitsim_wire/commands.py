@@ -3,25 +3,18 @@
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 from gaitsim.actions.action import RUN_OR_CODE, SET, Action, ChosenIndividual, argument
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
+from gaitsim_wire.wire import BAUD, BUS, Bus, WireOptions, default_baud
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
     from gaitsim_hardware.calibration import Calibration
     from gaitsim_wire.driving import Player
-
-Bus = Literal["feetech", "dynamixel", "serial"]
-BAUD: int | None = option(
-    None,
-    "baud rate",
-    unset="1000000; 115200 for serial",
-    allowed="a usual baud rate, such as 57600, 115200, 500000 or 1000000",
-)
 
 
 class Emulate(Action):
@@ -48,7 +41,7 @@ class Emulate(Action):
         "MODEL",
         completion="preset_names",
     )
-    bus: Bus = option("feetech", "kind of the wire")
+    bus: Bus = BUS
     calibration: Path | None = option(
         None,
         "calibration file (TOML), which assigns a servo to each joint",
@@ -126,7 +119,7 @@ class Emulate(Action):
         echo(f"The robot moved {moved[0]:+.2f} m forward and {moved[1]:+.2f} m to the left.")
 
 
-class Drive(ChosenIndividual):
+class Drive(ChosenIndividual, WireOptions):
     """Drive a real robot with the keyboard: stream a gait to its servos, 50 times a second.
 
     The robot rises from where it lies, follows the keys as in 'gaitsim steer', and lies down at
@@ -145,13 +138,6 @@ class Drive(ChosenIndividual):
     """
 
     run: str = argument(RUN_OR_CODE, "RUN|CODE")
-    port: str = option(..., "serial port, such as /dev/ttyUSB0", placeholder="PATH")
-    calibration: Path = option(
-        ..., "calibration file (TOML), which assigns a servo to each joint", placeholder="FILE"
-    )
-    bus: Bus = option("feetech", "kind of the wire")
-    baud: int | None = BAUD
-    imu: bool = option(False, "read an IMU at the id 200 of a servo bus")
     tape: bool = option(
         False, "play the joint angles of the simulation, instead of following commands"
     )
@@ -166,17 +152,6 @@ class Drive(ChosenIndividual):
     seconds: float | None = option(
         None, "lie down after this time", unit="s", ge=0.1, unset="the key q"
     )
-    max_temperature: float = option(
-        65.0, "temperature of a servo above which the robot is stopped", unit="°C", ge=30, le=90
-    )
-    min_voltage: float | None = option(
-        None,
-        "voltage below which the robot is stopped",
-        unit="V",
-        ge=0,
-        le=30,
-        unset="6.0; 6.5 for dynamixel, 4.5 for serial",
-    )
     record: Path | None = option(
         None,
         "gait file (.npz) for the telemetry",
@@ -188,16 +163,13 @@ class Drive(ChosenIndividual):
         """Check the robot, drive it, and save the telemetry."""
         from gaitsim.console import INTERRUPTED
         from gaitsim.console.codes import read_individual
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import notice, status
+        from gaitsim.console.printing import status
         from gaitsim.gait.gait_files import check_folder
         from gaitsim.storage.files.folder import command
-        from gaitsim_wire.driving import LEAST_VOLTS, Limits, Session, Stopped
-        from gaitsim_wire.ports import check_baud, open_port
-        from gaitsim_wire.robots import bus_of
-        from gaitsim_wire.terminal import deadman, poller, raw_keys, say
+        from gaitsim_wire.driving import Session
+        from gaitsim_wire.terminal import say
 
-        baud = check_baud(self.baud or default_baud(self.bus))
+        self.check_wire()
         if not sys.stdin.isatty() and self.seconds is None:
             raise GaitsimError(
                 "the keyboard is not a terminal, so nothing could stop the robot",
@@ -209,27 +181,8 @@ class Drive(ChosenIndividual):
             player, calibration = self._player(individual)
         path = self.record or _next_recording(individual)
         check_folder(path)
-        volts = LEAST_VOLTS[self.bus] if self.min_voltage is None else self.min_voltage
-        session: Session | None = None
-        ended, code = "The robot has lain down; its servos are off.", 0
-        try:
-            with interruptible(), open_port(self.port, baud) as port:
-                bus = bus_of(self.bus, port, baud, calibration, imu=self.imu)
-                bus.off()
-                with status("Checking the servos …"):
-                    bus.check()
-                if self.bus != "serial" and not self.imu:
-                    notice("Without --imu, tipping over is not noticed.")
-                session = Session(bus, player, calibration, Limits(self.max_temperature, volts))
-                names = tuple(calibration.joints)
-                with deadman(port.fileno(), bus.off_frame()), raw_keys() as keys:
-                    session.run(poller(player, keys, names, self.seconds or math.inf))
-        except KeyboardInterrupt:
-            ended, code = "Stopped; the servos are off.", INTERRUPTED
-        except Stopped as stop:
-            ended, code = f"Stopped: {stop}. The servos are off.", 1
-        say(ended)
-        if session and len(session.recording):
+
+        def save(session: Session) -> None:
             session.recording.write(path, tuple(calibration.joints))
             found = session.status
             say(
@@ -237,8 +190,13 @@ class Drive(ChosenIndividual):
                 f"trip {1000 * found.round_trip:.1f} ms. Compare it with the simulation: "
                 + command("analyse", self.run, "--gait", path)
             )
-        if code:
-            sys.exit(code)
+
+        try:
+            stopped = self.drive(player, calibration, self.seconds or math.inf, save)
+        except KeyboardInterrupt:
+            sys.exit(INTERRUPTED)
+        if stopped:
+            sys.exit(1)
 
     def _player(self, individual: "Individual") -> "tuple[Player, Calibration]":
         """Return the source of the angles, and the calibration.
@@ -249,24 +207,13 @@ class Drive(ChosenIndividual):
         from gaitsim.console.printing import notice
         from gaitsim.gait.gait_files import gait_of
         from gaitsim_hardware.c_code import with_rhythm
-        from gaitsim_hardware.calibration_file import read_calibration
-        from gaitsim_hardware.keyframes import find_loop, keyframes_of
-        from gaitsim_wire.driving import Tape, Walker
-        from gaitsim_wire.robots import (
-            FORMATS,
-            calibration_of,
-            pilot_of,
-            robot_of,
-        )
+        from gaitsim_wire.driving import Walker
+        from gaitsim_wire.robots import calibration_of, pilot_of, robot_of
 
         if self.tape:
             if self.walk:
                 raise GaitsimError("--tape and --walk cannot be combined", where="--tape, --walk")
-            gait = gait_of(individual)
-            calibration = read_calibration(self.calibration, FORMATS[self.bus], gait.joint_names)
-            loop, speed = find_loop(gait.angles, gait.frame_rate), self.speed or 1.0
-            keyframes = keyframes_of(gait, calibration, 20, speed=speed, loop=loop)
-            return Tape(keyframes, calibration), calibration
+            return self.tape_of(gait_of(individual), self.speed or 1.0, repeat=True)
         if self.speed is not None:
             raise GaitsimError("--speed is for --tape", where="--speed", remedy="add --tape")
         individual, notices = with_rhythm(individual)
@@ -289,8 +236,3 @@ def _next_recording(individual: "Individual") -> Path:
     while (path := folder / f"robot-{number}.npz").exists():
         number += 1
     return path
-
-
-def default_baud(bus: str) -> int:
-    """Return the usual baud rate of a bus."""
-    return 115_200 if bus == "serial" else 1_000_000

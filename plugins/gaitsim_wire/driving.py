@@ -182,7 +182,7 @@ class Tape(Player):
 
 COLUMNS = (
     *("seconds", "commanded", "measured", "load", "temperature", "volts"),
-    *("orientation", "rates", "round_trip"),
+    *("orientation", "rates", "round_trip", "driving"),
 )
 
 
@@ -333,6 +333,7 @@ class Session:
             self.recording.add(
                 now - start, self._calibration.joint_angles(safe), reading.angles, reading.load,
                 reading.temperature, reading.volts, reading.orientation, reading.rates, now - began,
+                status.phase == "driving",
             )  # fmt: skip
             self._check(reading, heard, now)
             poll(status)
