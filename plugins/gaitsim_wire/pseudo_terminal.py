@@ -1,5 +1,6 @@
 """A virtual robot on a pseudo-terminal, in real time."""
 
+import gc
 import os
 import pty
 import select
@@ -61,6 +62,7 @@ def serve(
         begin: function called with the path of the port.
         report: function called twice a second with the time, s.
     """
+    gc.freeze()  # a collection of all that was loaded takes longer than a robot may be silent
     master, inside = pty.openpty()
     path, speed = os.ttyname(inside), getattr(termios, f"B{baud}")
     try:
