@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -293,12 +294,12 @@ class Adapt(Action):
         ]
         try:
             with interruptible():
-                adaptation = self._open(run, name)
+                adaptation = self.opened(run, name)
                 view = AdaptationView(adaptation, self.json_lines)
                 if self.place != "robot":
                     view.print_all(adaptation)
                 elif self.interactive:
-                    _ask(adaptation, view, name)
+                    ask(adaptation, view, name)
                 else:
                     self._change(adaptation, view, name)
                 if adaptation.proposal is None:
@@ -339,7 +340,8 @@ class Adapt(Action):
                 record = command("adapt", adaptation.prior.source, "--name", name, "--measured")
                 output().print(f"  {record} RESULT  # such as 62cm", style="dim")
 
-    def _open(self, run: RunSnapshot, name: str) -> Adaptation:
+    def opened(self, run: RunSnapshot, name: str) -> Adaptation:
+        """Start or continue the adaptation, with its progress."""
         from gaitsim.adaptation.adaptation import measured_scale, open_adaptation
         from gaitsim.adaptation.trials import count_gaits
         from gaitsim.console.progress_bar import Progress
@@ -384,8 +386,20 @@ def _check_proposed(run: RunSnapshot, name: str, flag: str) -> None:
         )
 
 
-def _ask(adaptation: Adaptation, view: AdaptationView, name: str) -> None:
-    """Propose gaits and ask for their results, until the answer is empty."""
+def ask(
+    adaptation: Adaptation,
+    view: AdaptationView,
+    name: str,
+    play: Callable[[Proposal], object] = lambda proposal: None,
+) -> None:
+    """Propose gaits and ask for their results, until the answer is empty.
+
+    Args:
+        adaptation: the adaptation.
+        view: prints it.
+        name: name of the adaptation.
+        play: called with each proposal, before its result is asked for.
+    """
     from gaitsim.adaptation.answers import ANSWERS
 
     view.print_earlier()
@@ -395,24 +409,28 @@ def _ask(adaptation: Adaptation, view: AdaptationView, name: str) -> None:
         if proposal != proposed:
             file = _gait_file(adaptation, proposal, f"{name}-trial-{proposal.number}")
             view.print_proposal(proposal, file)
+            play(proposal)
             proposed = proposal
-        text = _question(f"{adaptation.question} (Enter to quit): ")
+        text = question(f"{adaptation.question} (Enter to quit): ")
         if not text:
             count = len(adaptation.trials)
             saved = "1 trial is saved" if count == 1 else f"{count} trials are saved"
             notice(f"{saved}. Repeat the command to continue.")
             return
+        if text == "again":
+            play(proposal)
+            continue
         try:
             reply = adaptation.understand(text)
             doubt = adaptation.doubt(reply.answer)
-            if doubt and _question(f"{doubt}. Is that right? (y/n): ").lower() not in ("y", "yes"):
+            if doubt and question(f"{doubt}. Is that right? (y/n): ").lower() not in ("y", "yes"):
                 continue
             view.print_done(adaptation.carry_out(reply))
         except GaitsimError as error:
             notice(str(error))
 
 
-def _question(text: str) -> str:
+def question(text: str) -> str:
     """Print a question, and return the answer."""
     echo(text, end="")
     answer = sys.stdin.readline()

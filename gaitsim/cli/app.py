@@ -46,7 +46,7 @@ app = group(
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets: the experiments that packages provide.",
-        "robots": "Check robot files, emulate robots, and list the installed robots and servos.",
+        "robots": "Check, emulate and list robots, and adapt and evolve gaits on a real one.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     {
@@ -102,6 +102,8 @@ app = group(
                 "check": "Check whether a robot file can be used, and show its contents.",
                 "emulate": "Emulate a robot on a serial port: its servos and its body, in real "
                 "time.",
+                "adapt": "Find a gait for a damaged robot in a few trials, which the robot plays.",
+                "evolve": "Improve a gait on the real robot: CMA-ES, whose gaits the robot plays.",
             },
             {"list": "robots:ListRobots", "check": "robots:CheckRobot"},
         ),

@@ -213,6 +213,14 @@ class Recording:
         )
         write_bytes(path, file.getvalue())
 
+    def felt(self) -> tuple[Floats, NDArray[np.bool_]]:
+        """Return the orientation, (frames, 3) rad, and whether the gait was played, (frames,)."""
+        orientation, driving = (
+            np.array([row[COLUMNS.index(name)] for row in self._rows])
+            for name in ("orientation", "driving")
+        )
+        return orientation, driving
+
     def __len__(self) -> int:
         return len(self._rows)
 

@@ -1,5 +1,6 @@
 """Trials by people: what they type, corrections, repeats, doubts, and robots of another scale."""
 
+import io
 import json
 
 import numpy as np
@@ -9,6 +10,7 @@ import gaitsim as gs
 from gaitsim.adaptation.adaptation import read_session, session_file, trials_of
 from gaitsim.adaptation.answers import Reading
 from gaitsim.adaptation.trials import propose
+from gaitsim_wire.trials import Played
 
 METRES = Reading("m")
 
@@ -128,8 +130,6 @@ def test_an_implausible_result_is_questioned(robot, gaitsim, atlas, monkeypatch)
     refused = robot("--measured", 62, code=2).stderr
     assert "--sure" in refused
     assert "times the best expected" in refused
-    import io
-
     monkeypatch.setattr("sys.stdin", io.StringIO("62\nn\n0.62\nundo\ncorrect 1 2\n62\ny\n\n"))
     asked = robot("--interactive")
     assert asked.stdout.count("Is that right?") == 2
@@ -189,3 +189,21 @@ def test_changes_of_the_best_gait_improve_it(gaitsim, atlas):
     shown = gaitsim(*given).stdout
     assert "gaitsim analyse runs/atlas --gait" in shown
     assert (atlas / "exports/A-lost-best.mat").exists()
+
+
+def test_each_proposed_gait_is_played_on_the_robot(atlas, gaitsim, monkeypatch):
+    played = []
+
+    def play(wire, individual, path):
+        played.append((individual.member.number, path))
+        return Played()
+
+    monkeypatch.setattr("gaitsim_wire.trials.play", play)
+    words = "robots", "adapt", atlas, "--port", "none", "--calibration", "none.toml"
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n0.2\n\nagain\n\n0.25\n\n\n"))
+    assert "2 trials are saved" in gaitsim(*words).stderr
+    assert len(played) == 4
+    assert played[0] != played[1] == played[2] != played[3]
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    gaitsim(*words, code=130)
+    assert len(played) == 4
