@@ -30,9 +30,9 @@ class AdaptRobot(Action, WireOptions):
 
     [bold]Examples[/bold]
 
-    gaitsim robots adapt hexapod-atlas --port /dev/ttyUSB0 --calibration robot.toml
+    gaitsim robots adapt ATLAS --port /dev/ttyUSB0 --calibration robot.toml
 
-    gaitsim robots adapt ATLAS --port /dev/ttyUSB0 --calibration robot.toml --unit cm
+    gaitsim robots adapt ATLAS --port robot.port --calibration robot.toml --unit cm
     """
 
     atlas: str = argument(
@@ -113,7 +113,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     gaitsim robots evolve hexapod --port /dev/ttyUSB0 --calibration robot.toml
 
-    gaitsim robots evolve hexapod --port robot.port --calibration robot.toml --trials 20
+    gaitsim robots evolve RUN --port robot.port --calibration robot.toml --trials 9
     """
 
     run: str = argument(RUN_OR_CODE, "RUN|CODE")
@@ -128,8 +128,8 @@ class EvolveRobot(ChosenIndividual, WireOptions):
     )
     turn_weight: float | None = option(
         None,
-        "with an IMU: penalty in m per radian by which the robot turned on average (root mean "
-        "square)",
+        "with an IMU: penalty per radian of the root mean square of the robot's turn",
+        unit="m/rad",
         unset="0.5",
         ge=0,
         le=1000,

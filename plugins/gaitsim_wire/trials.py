@@ -37,7 +37,7 @@ FILE = "trials.json"
 
 @dataclass(frozen=True)
 class Played:
-    """What was measured while a robot played a gait.
+    """Measurements of a robot while it played a gait.
 
     Attributes:
         turned: change of its direction, ° to the left; NaN without an IMU.
