@@ -30,9 +30,9 @@ class AdaptRobot(Action, WireOptions):
 
     [bold]Examples[/bold]
 
-    gaitsim robots adapt ATLAS --port /dev/ttyUSB0 --calibration robot.toml
+    gaitsim robots adapt ATLAS --port /dev/ttyUSB0 --calibration servos.toml
 
-    gaitsim robots adapt ATLAS --port robot.port --calibration robot.toml --unit cm
+    gaitsim robots adapt ATLAS --port robot.port --calibration servos.toml --imu
     """
 
     atlas: str = argument(
@@ -113,7 +113,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     gaitsim robots evolve hexapod --port /dev/ttyUSB0 --calibration robot.toml
 
-    gaitsim robots evolve RUN --port robot.port --calibration robot.toml --trials 9
+    gaitsim robots evolve RUN --port robot.port --calibration servos.toml --imu
     """
 
     run: str = argument(RUN_OR_CODE, "RUN|CODE")
