@@ -12,11 +12,11 @@ FLAGS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-
 
 
 def call(scripts, body, data):
-    """Return the result of a function body, which can use `data` and the scripts."""
-    text = f"{scripts}\n{body}"
+    """Return the result of an asynchronous function body with `data` and the scripts."""
+    text = f"(async () => {{{scripts}\n{body}}})()"
     if shutil.which("node"):
         read = "const data = JSON.parse(require('fs').readFileSync(0, 'utf8'));"
-        script = f"{read}\nconsole.log(JSON.stringify((function () {{{text}}})()));"
+        script = f"{read}\n{text}.then((found) => console.log(JSON.stringify(found)));"
         found = subprocess.check_output(["node", "-e", script], input=json.dumps(data), text=True)
         return json.loads(found)
     playwright = pytest.importorskip("playwright.sync_api", reason="needs Node.js or Chromium")
@@ -25,5 +25,5 @@ def call(scripts, body, data):
     with playwright.sync_playwright() as driver:
         browser = driver.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         return json.loads(
-            browser.new_page().evaluate(f"(data) => JSON.stringify((() => {{{text}}})())", data)
+            browser.new_page().evaluate(f"async (data) => JSON.stringify(await {text})", data)
         )

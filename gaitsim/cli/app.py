@@ -42,6 +42,8 @@ app = group(
         "share": "Print the champion as a challenge code, which others can verify.",
         "gallery": "Create a website from a folder of runs, with a page for each run that plays "
         "its champion.",
+        "playground": "Write a web page (one file) on which visitors evolve a spider, even "
+        "offline.",
         "verify": "Repeat a run, study, adaptation or challenge code, and compare every bit.",
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",

@@ -49,7 +49,7 @@ def _visible(text: str) -> str:
 
 def encode(content: bytes) -> str:
     """Return content as a code."""
-    packer = zlib.compressobj(zlib.Z_BEST_COMPRESSION, zlib.DEFLATED, _RAW, zdict=_dictionary())
+    packer = zlib.compressobj(zlib.Z_BEST_COMPRESSION, zlib.DEFLATED, _RAW, zdict=dictionary())
     packed = packer.compress(content) + packer.flush()
     length = _LENGTH + len(packed) + _CHECKSUM
     if len(content) > LARGEST or _characters(length) > LONGEST:
@@ -130,7 +130,7 @@ def _bytes(body: str) -> bytes:
 
 def _inflated(packed: bytes) -> bytes:
     """Return the decompressed content, at most `LARGEST` bytes."""
-    unpacker = zlib.decompressobj(_RAW, zdict=_dictionary())
+    unpacker = zlib.decompressobj(_RAW, zdict=dictionary())
     try:
         content = unpacker.decompress(packed, LARGEST)
     except zlib.error:
@@ -167,7 +167,7 @@ def _characters(length: int) -> int:
 
 
 @cache
-def _dictionary() -> bytes:
+def dictionary() -> bytes:
     """Return the compression dictionary: texts found in most codes, the most frequent last.
 
     It holds the compact TOML of presets and the versions of a run, at most 32 kB. Reading any

@@ -81,7 +81,7 @@ def atlas_data(
             allowed="a run of a search that provides the cells of its archive",
         )
     best = run.individual(Member(view.best))
-    rig = _rig(best)
+    rig = rig_of(best)
     low, below = colour_scale_low(members.scores)
     gaits = None
     if rig is not None:
@@ -105,11 +105,11 @@ def atlas_data(
         "pairs": [[view.names.index(one) for one in pair] for pair in view.pairs],
         "raster": _raster(view),
         "gaits": gaits,
-        "body": None if gaits is None or rig is None else _body(best, rig),
+        "body": None if gaits is None or rig is None else rigged_body(best, rig),
     }
 
 
-def _rig(individual: Individual) -> Rig | None:
+def rig_of(individual: Individual) -> Rig | None:
     """Return the rig of an individual's body; None if the body has no rig."""
     entry = individual.experiment.entries["organism"]
     with plugin_errors(entry, "describing the body's links"):
@@ -147,7 +147,7 @@ def _row(values: Any) -> Packed:
     return pack(np.asarray(values)[None], 10.0 ** np.floor(np.log10(span * _PRINTED_STEP)))
 
 
-def _body(individual: Individual, rig: Rig) -> Json:
+def rigged_body(individual: Individual, rig: Rig) -> Json:
     """Return the drawn shape and the rig of a body."""
     experiment, skeleton = individual.experiment, individual.skeleton
     if (rig.joints, rig.names) != (experiment.organism.joint_names(), skeleton.names):

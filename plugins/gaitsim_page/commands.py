@@ -1,4 +1,4 @@
-"""`gaitsim gallery` and `gaitsim steer`."""
+"""`gaitsim gallery`, `gaitsim playground` and `gaitsim steer`."""
 
 import sys
 from collections.abc import Mapping
@@ -60,6 +60,34 @@ class WriteGallery(Action):
         for name, reason in site.problems:
             notice(f"{name}: {reason}")
         echo(f"{site.index}: {site.shown} run{'s' * (site.shown != 1)}")
+
+
+class WritePlayground(Action):
+    """Write a web page (one file) on which visitors evolve a spider, even offline.
+
+    Visitors watch the champion walk while it learns, remove a leg, change the weights of the
+    score, and play and copy challenge codes. A run on the page has the bits of the run whose
+    command the page shows.
+
+    [bold]Examples[/bold]
+
+    gaitsim playground
+
+    gaitsim playground --seed 7 --out spider.html
+    """
+
+    out: Path = option(Path("playground.html"), "path of the page", placeholder="FILE.html")
+    seed: int = option(0, "seed of the first run on the page", ge=0, le=2**31 - 1)
+
+    def do(self) -> None:
+        """Write the page."""
+        from gaitsim.console.printing import echo, report_files, status
+        from gaitsim_page.playground import write_page
+
+        with status("Preparing the page …"):
+            description = write_page(self.out, self.seed)
+        report_files(self.out)
+        echo(f"{self.out}: {description}")
 
 
 class Steer(Action):

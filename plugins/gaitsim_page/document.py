@@ -56,6 +56,7 @@ def document(
     scripts: Iterable[str] = (),
     *,
     description: str = "",
+    computes: bool = False,
 ) -> bytes:
     """Return a page of the viewer, in UTF-8.
 
@@ -68,13 +69,15 @@ def document(
         data: data of the page: finite numbers, strings, lists and mappings.
         scripts: additional scripts, such as the script of the kind of page.
         description: description of the page, shown without JavaScript.
+        computes: whether its scripts start a worker, from a text in them, and run WebAssembly.
     """
     boot = asset(assets.BOOT)
     texts = [_viewer(), *map(_in_function, scripts)]
     hashes = " ".join(f"'sha256-{_digest(text)}'" for text in [*texts, boot])
     style = "\n".join(asset(name) for name in assets.STYLES)
+    computing = " 'wasm-unsafe-eval'; worker-src blob:" if computes else ""
     page = _PAGE.format(
-        head=head(title, f"img-src data: blob:; script-src {hashes}", style),
+        head=head(title, f"img-src data: blob:; script-src {hashes}{computing}", style),
         title=escaped(title),
         description=escaped(description),
         data=_json({"kind": kind, **data}),

@@ -76,9 +76,10 @@ class Rig {
    * Place the body at joint angles, with its lowest foot on the ground and its trunk above 0. A
    * body that rests on its feet leans; others are level.
    * @param {ArrayLike<number>} angles rad
+   * @param {number} lost index of a foot on which the body does not rest
    * @returns {object} a pose for gaitsim.Body
    */
-  place(angles) {
+  place(angles, lost = -1) {
     const { links, segments, solids, feet, clip, stand } = this.body;
     const places = [];
     const turns = [];
@@ -99,8 +100,9 @@ class Rig {
     }
     const at = (link, point) =>
       rotated(turns[link], point).map((value, i) => value + places[link][i]);
+    const kept = feet.filter((_, foot) => foot !== lost);
     if (this.body.rests) {
-      const lean = resting(feet.map(([link, point]) => at(link, point)));
+      const lean = resting(kept.map(([link, point]) => at(link, point)));
       places.forEach((place, link) => {
         places[link] = rotated(lean, place);
         turns[link] = product(lean, turns[link]);
@@ -108,7 +110,8 @@ class Rig {
     }
     const soles = feet.map(([link, point]) => at(link, point));
     const ends = segments.flatMap(([link, one, other]) => [at(link, one), at(link, other)]);
-    const low = Math.min(...(soles.length ? soles : ends).map(([, , z]) => z));
+    const lowest = kept.length ? kept.map(([link, point]) => at(link, point)) : ends;
+    const low = Math.min(...lowest.map(([, , z]) => z));
     const up = stand - low;
     const points = new Float64Array(3 * this.count);
     if (this.count)

@@ -1,0 +1,387 @@
+// The page on which a visitor evolves a spider. The search runs in a worker (evolver_worker.js); the
+// page draws the champion, and never runs or interprets what is in a pasted code.
+
+const { element, drawing, button, icon, numeral } = gaitsim;
+const PACES = [["1 a second", 1], ["10 a second", 10], ["as fast as possible", 1e6]];
+const [WIDE, HIGH] = [300, 110]; // of the curve
+const TURNS = 4; // largest weight, relative to its default
+const TRAIL = 400; // points of the path, one a frame
+const UNSUPPORTED =
+  "This browser cannot evolve the spider: it has no Web Workers or no WebAssembly with SIMD, or they " +
+  "are disabled. Try a newer browser, or install gaitsim and run: gaitsim run spider";
+
+class Playground {
+  /** @param {object} data data of the page @param {HTMLElement} root */
+  constructor(data, root) {
+    this.data = data;
+    this.legs = data.body.clip.feet.names;
+    this.settings = { seed: data.seed, start: "random", lost: "", weights: { ...data.weights } };
+    this.themes = new gaitsim.Themes(data.theme, (theme) => this._paint(theme));
+    this.announcer = new gaitsim.Announcer();
+    this.rig = new Rig(data.body);
+    this.place = { x: 0, y: 0, yaw: 0 }; // of the body on the ground
+    this.frame = 0;
+    this.path = [];
+    this.still = matchMedia("(prefers-reduced-motion: reduce)").matches; // moves only on demand
+    this.actions = {
+      play: () => this.run(!this.running),
+      view: () => gaitsim.nextView(this.stage, this.announcer),
+      zoom: (factor) => this.stage?.orbit.magnify(factor),
+      theme: () => this.themes.toggle(),
+      reset: () => this.stage?.view(this.stage.orbit.name),
+      ...{ speed() {}, faster() {}, step() {}, help() {} },
+    };
+    root.replaceChildren(this._page(), this.announcer.root);
+    this._open();
+    this._paint(this.themes.theme);
+    gaitsim.listenToKeys(this.actions);
+    this._work();
+  }
+
+  _page() {
+    this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The champion in 3D" });
+    this.caption = element("p", { class: "caption", "aria-hidden": "true" }, "Loading …");
+    const tools = new gaitsim.Controls(this.actions).tools;
+    const picture = element("section", { class: "view", "aria-label": "Picture" }, this.canvas, this.caption, tools);
+    const { title, description, made } = this.data;
+    this.panel = element(
+      "aside", { class: "panel", "aria-label": "Evolution" },
+      element("h1", {}, title), element("p", {}, description), this._curve(), this._controls(),
+      this._rules(), this._home(), this._guest(), this._repeat(),
+      element("p", { class: "made" }, `Created with ${made}`));
+    return element("div", { class: "playground" }, picture, this.panel);
+  }
+
+  _curve() {
+    this.lines = ["mean", "best"].map((name) => drawing("polyline", { class: name }));
+    this.marks = drawing("g", { class: "marks" });
+    this.curve = drawing(
+      "svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img", "aria-label": "Score by generation" },
+      this.marks, ...this.lines);
+    this.readout = element("p", { class: "ends" });
+    return element("section", { class: "curve" }, element("h2", {}, "Score: metres in 10 s, less penalties"), this.curve, this.readout);
+  }
+
+  _controls() {
+    this.runner = element("button", { type: "button", title: "Pause or continue (space)", click: () => this.run(!this.running) }, "Pause");
+    const again = element("button", { type: "button", title: "A new seed: other random movements", click: () => this.again() }, "Learn again");
+    this.pace = element("select", { change: () => this.run(true) },
+      ...PACES.map(([name, pace]) => element("option", { value: pace, selected: pace === 10 }, name)));
+    return element(
+      "div", { class: "choices", role: "group", "aria-label": "Run" },
+      this.runner, again, element("label", {}, "Generations ", this.pace));
+  }
+
+  _rules() {
+    const change = (name) => (event) => this.change({ [name]: event.target.value });
+    const options = (all) => all.map(([value, name]) => element("option", { value }, name));
+    this.lost = element("select", { change: change("lost") }, ...options([["", "none"], ...this.legs.map((leg) => [leg, leg])]));
+    this.start = element("select", { change: change("start") }, ...options([["random", "random movements"], ["body", "a walk made by hand"]]));
+    this.costs = new Map(); // elements with the champion's penalties
+    const rows = Object.entries(this.data.weights).map(([name, usual]) => {
+      const [output, cost] = [element("output", {}), element("b", {})];
+      const help = element("small", { id: `help-${name}` }, `${this.data.help[name]} `, cost);
+      const slider = element("input", {
+        type: "range", min: 0, max: 10 * TURNS, value: 10, "aria-describedby": help.id,
+        input: () => show(),
+        change: () => this.change({ weights: { ...this.settings.weights, [name]: weight() } }),
+      });
+      const weight = () => (usual * slider.valueAsNumber) / 10;
+      const show = () => {
+        output.textContent = numeral(weight());
+        slider.setAttribute("aria-valuetext", output.textContent);
+      };
+      show();
+      this.costs.set(name, cost);
+      return element("div", {}, element("label", {}, `${name.replaceAll("_", " ")} `, slider), output, help);
+    });
+    return element(
+      "section", { class: "rules" }, element("h2", {}, "Change the rules while it learns"),
+      element("p", { class: "choices" }, element("label", {}, "Missing leg ", this.lost), element("label", {}, "Begin with ", this.start)),
+      element("details", {}, element("summary", {}, "What the score punishes"), ...rows));
+  }
+
+  _home() {
+    this.code = element("textarea", { readonly: true, rows: "3", "aria-label": "Code of the champion", spellcheck: "false", hidden: true });
+    this.copied = element("p", { class: "status", role: "status" });
+    return element(
+      "section", { class: "code" }, element("h2", {}, "Take the champion home"),
+      element("p", {}, "Anyone can check its score, to the last bit: ", element("code", {}, "gaitsim verify CODE")),
+      element("button", { type: "button", click: () => this._send({ kind: "code" }) }, "Copy its code"), this.code, this.copied);
+  }
+
+  _guest() {
+    this.guest = element("textarea", { rows: "3", "aria-label": "Code of a gait", placeholder: "gaitsim1-…", spellcheck: "false" });
+    this.answer = element("p", { role: "status" });
+    this.back = element("button", { type: "button", hidden: true, click: () => this._leave() }, "Back to the champion");
+    return element(
+      "section", { class: "code" }, element("h2", {}, "Play a code"),
+      element("p", {}, "Paste the code of a spider, as ", element("code", {}, "gaitsim share"), " prints it."), this.guest,
+      element("p", { class: "choices" },
+        element("button", { type: "button", click: () => this._send({ kind: "play", text: this.guest.value }) }, "Play"), this.back),
+      this.answer);
+  }
+
+  _repeat() {
+    this.command = element("textarea", { readonly: true, rows: "4", "aria-label": "Command of the same run", spellcheck: "false" });
+    this.print = element("p", { class: "print" });
+    return element(
+      "section", { class: "code" },
+      element("details", {}, element("summary", {}, "The same run on your computer"),
+        element("p", {}, "The same seed gives the same bits:"), this.command, this.print));
+  }
+
+  /** Build the stage; without WebGL, show a message in place of the picture. */
+  _open() {
+    try {
+      this.stage = new gaitsim.Stage(this.canvas, this.themes.theme);
+    } catch {
+      gaitsim.withoutPicture(this.canvas, "The spider still learns.");
+      return;
+    }
+    this.ground = new gaitsim.Ground(null, 0, null);
+    this.stage.setGround(this.ground);
+    this._wear("");
+    const reach = 0.75 * this.data.body.clip.span;
+    this.stage.frame(new gaitsim.Box().add(0, 0, 0, reach));
+    this.stage.animate((seconds) => this._walk(seconds));
+  }
+
+  /** Draw the body without a leg. @param {string} lost */
+  _wear(lost) {
+    if (!this.stage || this.worn === lost) return;
+    this.worn = lost;
+    if (this.body) this.stage.remove(this.body);
+    const { clip } = this.data.body;
+    const leg = this.legs.indexOf(lost);
+    const outline = clip.limbs.length - 3 * this.legs.length;
+    const limbs = clip.limbs.filter((_, i) => leg < 0 || i < outline || Math.floor((i - outline) / 3) !== leg);
+    const feet = { ...clip.feet, lost: this.legs.map((name) => name === lost) };
+    this.body = new gaitsim.Body({ ...clip, limbs, feet, floor: 0 }, this.themes.theme, 0, 0, this.ground);
+    this.stage.add(this.body);
+  }
+
+  /** Walk on; the body of a gait that comes in between goes on where it is. @param {number} seconds */
+  _walk(seconds) {
+    const { stride } = this;
+    if (!stride || (this.still && !this.running)) return true;
+    const count = stride.steps.length / 3;
+    let left = seconds * this.data.frameRate;
+    while (left > 0) {
+      const share = Math.min(left, Math.floor(this.frame + 1) - this.frame);
+      const [forward, sideways, turn] = stride.steps.subarray(3 * (Math.floor(this.frame) % count));
+      const { place } = this;
+      const yaw = place.yaw + (share * turn) / 2;
+      place.x += share * (Math.cos(yaw) * forward - Math.sin(yaw) * sideways);
+      place.y += share * (Math.sin(yaw) * forward + Math.cos(yaw) * sideways);
+      place.yaw += share * turn;
+      this.frame += share;
+      left -= share;
+      if (Number.isInteger(this.frame)) this.path.push([place.x, place.y, 0]);
+    }
+    this.path = this.path.slice(-TRAIL);
+    this._show(seconds);
+    return true;
+  }
+
+  _show(seconds) {
+    const { stride, place, rig } = this;
+    const count = stride.steps.length / 3;
+    const joints = stride.angles.length / count;
+    const [one, other] = [0, 1].map((more) => joints * ((Math.floor(this.frame) + more) % count));
+    const share = this.frame % 1;
+    const angles = Float64Array.from({ length: joints }, (_, i) =>
+      (1 - share) * stride.angles[one + i] + share * stride.angles[other + i]);
+    const leg = this.legs.indexOf(this.worn);
+    const pose = rig.place(angles, leg);
+    const [cosine, sine] = [Math.cos(place.yaw), Math.sin(place.yaw)];
+    for (const points of [pose.points, pose.feet, pose.centre])
+      for (let i = 0; i < points.length; i += 3) {
+        const [x, y] = [points[i], points[i + 1]];
+        points[i] = place.x + cosine * x - sine * y;
+        points[i + 1] = place.y + sine * x + cosine * y;
+      }
+    this.body.show(pose);
+    this.body.trail(Float64Array.from(this.path.flat()), this.path.length);
+    this.stage.follow([place.x, place.y, pose.centre[2] / 2], seconds);
+  }
+
+  /** Start the worker, from a text in the page, as the page's policy allows no other source. */
+  _work() {
+    try {
+      const source = URL.createObjectURL(new Blob([WORKER], { type: "text/javascript" }));
+      this.worker = new Worker(source);
+    } catch {
+      this._fail();
+      return;
+    }
+    this.worker.onerror = () => this._fail();
+    this.worker.onmessage = ({ data }) => this[`_${data.kind}`](data);
+    document.addEventListener("visibilitychange", () => this._pace());
+  }
+
+  _fail() {
+    if (this.failed) return;
+    this.failed = true;
+    this.caption.textContent = "";
+    this.panel.prepend(element("p", { class: "failure", role: "alert" }, UNSUPPORTED));
+    for (const one of this.panel.querySelectorAll("button, select, input, textarea")) one.disabled = true;
+  }
+
+  _send(message) {
+    this.worker?.postMessage(message);
+  }
+
+  _failed() {
+    this._fail();
+  }
+
+  _ready() {
+    this.begin();
+    this.run(!this.still);
+  }
+
+  /** Start a run with the current settings. */
+  begin() {
+    this.points = [];
+    this.changes = [];
+    this.print.textContent = "";
+    this._leave();
+    this._send({ kind: "start", settings: this.settings });
+    this._commanded();
+  }
+
+  again() {
+    this.settings = { ...this.settings, seed: (this.settings.seed + 1) % 2 ** 31 };
+    this.begin();
+    this.run(true);
+    this.announcer.say(`learning again, with seed ${this.settings.seed}`);
+  }
+
+  /** Change settings; the population goes on with them. @param {object} changed */
+  change(changed) {
+    this.settings = { ...this.settings, ...changed };
+    if (changed.start !== undefined) return this.again();
+    this._send({ kind: "change", settings: this.settings });
+    this.changes.push(this.points.length);
+    this._commanded();
+    this.announcer.say("rules changed");
+  }
+
+  /** @param {boolean} running */
+  run(running) {
+    this.running = running;
+    this.runner.textContent = running ? "Pause" : "Continue";
+    this.announcer.say(running ? "learning" : `paused. ${this.curve.getAttribute("aria-label")}`);
+    this._pace();
+  }
+
+  _pace() {
+    const pace = this.running && !document.hidden ? Number(this.pace.value) : 0;
+    this._send({ kind: "run", pace });
+  }
+
+  _generation({ number, best, mean, terms, stride, fingerprint }) {
+    this.points[number - 1] = [best, mean];
+    this.champion = { ...this.champion, terms };
+    if (stride) {
+      Object.assign(this.champion, { stride, lost: this.settings.lost });
+      if (!this.guesting) this._wear_champion();
+    }
+    if (fingerprint) this.print.textContent = `Fingerprint after ${number} generations: ${fingerprint}`;
+    if (number === this.data.generations) this.run(false);
+    this.pending ??= requestAnimationFrame(() => this._report());
+  }
+
+  _wear_champion() {
+    this.stride = this.champion.stride;
+    this._wear(this.champion.lost);
+  }
+
+  /** Write the numbers and draw the curve, at most once a picture. */
+  _report() {
+    this.pending = null;
+    const { points } = this;
+    const [best, mean] = points.at(-1);
+    if (!this.guesting)
+      this.caption.textContent = `Generation ${points.length}: the champion walks ${numeral(this.champion.terms.forward, 3)} m in 10 s`;
+    this.readout.replaceChildren(
+      element("span", { class: "best" }, `best ${numeral(best, 3)}`),
+      element("span", {}, `generation ${points.length}`),
+      element("span", { class: "mean" }, `mean ${numeral(mean, 3)}`));
+    for (const [name, cost] of this.costs) {
+      const term = this.champion.terms[name.replace("_weight", "")];
+      cost.textContent = term === undefined ? "" : `(${numeral(term, 2)} m)`;
+    }
+    const wide = Math.max(points.length - 1, 30);
+    const values = points.flat();
+    const [low, top] = [Math.max(Math.min(...values), -3), Math.max(...values, 1)];
+    const x = (generation) => (WIDE * generation) / wide;
+    const y = (score) => Math.min(4 + (HIGH - 8) * (1 - (score - low) / (top - low)), HIGH);
+    this.lines.forEach((line, i) =>
+      line.setAttribute("points", points.map((point, at) => `${x(at)},${y(point[1 - i])}`).join(" ")));
+    this.marks.replaceChildren(
+      drawing("line", { x1: 0, x2: WIDE, y1: y(0), y2: y(0) }),
+      ...this.changes.map((at) => drawing("line", { x1: x(at - 1), x2: x(at - 1), y1: 0, y2: HIGH })));
+    const label = `Score by generation: best ${numeral(best, 3)} m, mean ${numeral(mean, 3)} m in generation ${points.length}`;
+    this.curve.setAttribute("aria-label", label);
+  }
+
+  async _code({ code }) {
+    this.code.value = code;
+    this.code.hidden = false;
+    this.code.select();
+    let words = "Copied.";
+    try {
+      await navigator.clipboard.writeText(code);
+    } catch {
+      words = "Selected; press Ctrl+C to copy.";
+    }
+    this.copied.textContent = words;
+  }
+
+  _played({ claimed, score, stride, lost }) {
+    this.guesting = true;
+    this.stride = stride;
+    this._wear(lost);
+    this.back.hidden = false;
+    const same = Object.is(claimed, score);
+    this.answer.textContent = same
+      ? `The score is ${numeral(score)} m, as the code says, to the last bit.`
+      : `The code says ${numeral(claimed)}, but the score here is ${numeral(score)} m.`;
+    this.caption.textContent = "The gait of the code";
+  }
+
+  _refused({ message }) {
+    this.answer.textContent = message;
+  }
+
+  _leave() {
+    this.guesting = false;
+    this.back.hidden = true;
+    this.answer.textContent = "";
+    if (this.champion) this._wear_champion();
+  }
+
+  /** Write the command of the same run, if it can be repeated in one go. */
+  _commanded() {
+    const { settings, data } = this;
+    const sets = [`evolution.population=${data.population}`, `evolution.generations=${data.compared}`, `search.start=${settings.start}`];
+    if (settings.lost) sets.push(`'organism.damage=["${settings.lost} lost"]'`);
+    for (const [name, weight] of Object.entries(settings.weights))
+      if (weight !== data.weights[name]) sets.push(`fitness.${name}=${weight}`);
+    const line = [`gaitsim run ${data.preset} --seed ${settings.seed}`, ...sets.map((one) => `--set ${one}`)];
+    this.command.value = this.changes.length
+      ? "The rules changed during this run. 'Learn again' begins a run that can be repeated."
+      : `${line.join(" ")} --out learned\ngaitsim show learned --fingerprint`;
+  }
+
+  /** @param {object} theme */
+  _paint(theme) {
+    const { style } = document.documentElement;
+    for (const name of ["ground", "left", "right", "damaged"]) style.setProperty(`--${name}`, theme[name]);
+    if (this.stage) this.stage.theme = theme;
+  }
+}
+
+gaitsim.register("playground", (data, root) => new Playground(data, root));

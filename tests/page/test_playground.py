@@ -1,0 +1,179 @@
+"""The page that evolves a spider: the same bits as in Python, codes both ways, and its controls."""
+
+import re
+
+import pytest
+from javascript import CHROMIUM, call
+
+import gaitsim as gs
+from gaitsim.sharing.challenge import Challenge, verify_challenge
+from gaitsim_page.playground import experiment, page, worker_script, write_page
+
+EVOLVE = """
+const kernels = await Kernels.load();
+return data.runs.map(([seed, start, lost, weights, generations]) => {
+  const settings = { seed, start, lost, weights: { ...DATA.weights, ...weights } };
+  const evolver = new Evolver(kernels, settings);
+  for (let n = 0; n < generations; n++) evolver.next();
+  const { number, scores, best, genomes } = evolver;
+  const gait = { generation: number, score: scores[best], genome: genomes[best] };
+  const code = codeOf({ ...gait, text: experimentOf(settings) });
+  return { fingerprint: evolver.fingerprint(), score: gait.score, code };
+});
+"""
+PLAY = """
+let found = null;
+globalThis.postMessage = (message) => { found = message; };
+const answers = [];
+for (const text of data) {
+  await (await ready).play({ text });
+  answers.push(found);
+}
+return answers;
+"""
+
+
+@pytest.fixture(scope="module")
+def script():
+    """The script of the page's worker, which runs outside a worker as well."""
+    quiet = "globalThis.postMessage = () => {}; let onmessage;"
+    return quiet + worker_script(experiment()).removeprefix('"use strict";')
+
+
+def python_run(folder, seed, start, lost, weights, generations):
+    """Return the run in Python of the same settings."""
+    options = {"organism.damage": [f"{lost} lost"] if lost else []}
+    options |= {f"fitness.{name}": weight for name, weight in weights.items()}
+    size = {"population": 50, "generations": generations}
+    search = gs.evolve("spider-genetic", **size, seed=seed, start=start, set=options, out=folder)
+    return ended(search).run
+
+
+def ended(search):
+    """Return a search after its last generation."""
+    for _ in search:
+        pass
+    return search
+
+
+@pytest.mark.parametrize(
+    "runs",
+    [
+        [
+            (0, "random", "", {}, 12),
+            (7, "body", "L2", {"slip_weight": 1.3, "safe_margin": 0.03}, 8),
+        ],
+        pytest.param([(n, "random", "", {}, 100) for n in range(2)], marks=pytest.mark.slow),
+    ],
+)
+def test_a_seed_gives_the_bits_of_python_and_a_code_to_verify(script, tmp_path, runs):
+    for number, (run, found) in enumerate(
+        zip(runs, call(script, EVOLVE, {"runs": runs}), strict=True)
+    ):
+        here = python_run(tmp_path / str(number), *run)
+        assert found["fingerprint"] == here.fingerprint()
+        challenge = Challenge.read(found["code"])
+        assert challenge.score == found["score"]
+        checked = verify_challenge(challenge)
+        assert checked.identical
+        assert checked.version_differences == ()
+        assert len(found["code"]) < 700
+
+
+def test_codes_are_played_and_foreign_hostile_and_damaged_ones_refused(script, tmp_path):
+    mine = python_run(tmp_path / "mine", 1, "body", "R4", {}, 2).share()
+    options = {"organism.symmetry": "none"}
+    every = ended(gs.evolve("spider", generations=1, population=5, set=options)).champion.share()
+    foreign = ended(gs.evolve("millipede", generations=1)).champion.share()
+    damaged = mine[:-5] + ("A" if mine[-5] != "A" else "B") + mine[-4:]
+    hostile = "gaitsim1-<img src=x onerror=alert(1)>", "gaitsim1-AAAAAAAAAAAA", "", "gaitsim1-////"
+    texts = [f"> see {mine[:40]}\n> {mine[40:]}\n", every, foreign, damaged, mine[:-9], *hostile]
+    own, all_legs, *refused = call(script, PLAY, texts)
+    for answer, code in ((own, mine), (all_legs, every)):
+        assert answer["kind"] == "played"
+        assert answer["score"] == answer["claimed"] == Challenge.read(code).score
+    assert own["lost"] == "R4"
+    assert {one["kind"] for one in refused} == {"refused"}
+    assert len({one["message"] for one in refused}) == 1
+
+
+def test_a_page_is_one_small_file_whose_policy_allows_only_what_is_in_it():
+    made = page(seed=3)
+    assert made == page(seed=3)
+    assert len(made) < 300_000
+    (policy,) = re.findall(r'Content-Security-Policy" content="([^"]*)"', made.decode())
+    assert policy.startswith("default-src 'none';")
+    assert policy.endswith("'wasm-unsafe-eval'; worker-src blob:")
+    assert len(re.findall(r"'sha256-[\w+/]{43}='", policy)) == 3  # viewer, the page, boot
+    assert "unsafe-eval" not in policy.replace("wasm-unsafe-eval", "")
+
+
+FLAGS = ["--no-sandbox", "--no-first-run", "--disable-background-networking", "--disable-sync"]
+CONTROLS = """() => [
+  ...document.querySelectorAll("button, select, input, textarea, summary, canvas")
+].map((one) => {
+  const name = one.getAttribute("aria-label") || one.labels?.[0]?.innerText;
+  return [one.tagName, name || one.innerText];
+})"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
+def test_visitors_evolve_a_spider_change_the_rules_and_carry_codes(tmp_path):
+    playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
+    write_page(tmp_path / "page.html", seed=2)
+    address, events = (tmp_path / "page.html").as_uri(), []
+    with playwright.sync_playwright() as driver:
+        browser = driver.chromium.launch(
+            executable_path=CHROMIUM, args=[*FLAGS, "--enable-unsafe-swiftshader"]
+        )
+        opened = browser.new_context(
+            offline=True, viewport={"width": 390, "height": 844}, has_touch=True
+        ).new_page()
+        for event in ("console", "pageerror", "dialog"):
+            opened.on(event, lambda found: events.append(str(found)))
+        opened.on("request", lambda found: events.append(found.url))
+        opened.goto(address)
+        opened.get_by_label("Generations").select_option("as fast as possible")
+        opened.get_by_text("The same run on your computer").click()
+        fingerprint = opened.get_by_text("Fingerprint after 100 generations")
+        fingerprint.wait_for()
+        here = python_run(tmp_path / "run", 2, "random", "", {}, 100)
+        assert here.fingerprint() in fingerprint.inner_text()
+        assert "--seed 2" in opened.get_by_label("Command of the same run").input_value()
+        opened.get_by_role("button", name="Pause").tap()
+        opened.get_by_label("Missing leg").select_option("L2")
+        opened.get_by_text("What the score punishes").click()
+        opened.get_by_label("slip weight").press("ArrowRight")
+        assert opened.get_by_label("slip weight").get_attribute("aria-valuetext") == "0.55"
+        assert "rules changed" in opened.get_by_label("Command of the same run").input_value()
+        opened.get_by_role("button", name="Copy its code").tap()
+        opened.get_by_label("Code of the champion").wait_for()
+        code = opened.get_by_label("Code of the champion").input_value()
+        challenge = Challenge.read(code)
+        assert verify_challenge(challenge).identical
+        assert challenge.experiment.organism.damage == ("L2 lost",)
+        assert challenge.experiment.fitness.slip_weight == 0.55
+        place = opened.get_by_label("Code of a gait")
+        for text, answer in (
+            ("<img src=x onerror=alert(1)>", "not the code"),
+            (code, "as the code says"),
+        ):
+            place.fill(text)
+            opened.get_by_role("button", name="Play").tap()
+            opened.get_by_text(answer).wait_for()
+        opened.get_by_role("button", name="Back to the champion").tap()
+        assert [one for one in opened.evaluate(CONTROLS) if not one[1]] == []
+        width = opened.evaluate("document.documentElement.scrollWidth")
+        assert width <= 390
+        opened.get_by_role("button", name="Learn again").tap()
+        assert "--seed 3" in opened.get_by_label("Command of the same run").input_value()
+        # Without WebAssembly, and without workers.
+        for missing in (b" 'wasm-unsafe-eval'", b"worker-src blob:"):
+            less = (tmp_path / "page.html").read_bytes().replace(missing, b"")
+            (tmp_path / "less.html").write_bytes(less)
+            other = browser.new_context(offline=True).new_page()
+            other.goto((tmp_path / "less.html").as_uri())
+            other.get_by_text("cannot evolve the spider").wait_for()
+        browser.close()
+    assert [one for one in events if not one.startswith(("file:", "blob:null/"))] == []
