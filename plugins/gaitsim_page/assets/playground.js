@@ -161,7 +161,7 @@ class Playground {
     this.stage.add(this.body);
   }
 
-  /** Walk on; the body of a gait that comes in between goes on where it is. @param {number} seconds */
+  /** Walk on; a new gait continues where the last one is. @param {number} seconds */
   _walk(seconds) {
     const { stride } = this;
     if (!stride || (this.still && !this.running)) return true;
@@ -258,7 +258,7 @@ class Playground {
     this.announcer.say(`learning again, with seed ${this.settings.seed}`);
   }
 
-  /** Change settings; the population goes on with them. @param {object} changed */
+  /** Change settings; the population continues with them. @param {object} changed */
   change(changed) {
     this.settings = { ...this.settings, ...changed };
     if (changed.start !== undefined) return this.again();
