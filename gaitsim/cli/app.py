@@ -102,6 +102,8 @@ app = group(
             {
                 "list": "List the installed robots and servos.",
                 "check": "Check whether a robot file can be used, and show its contents.",
+                "calibrate": "Calibrate a real robot by hand: find direction, zero and limits of "
+                "each servo.",
                 "emulate": "Emulate a robot on a serial port: its servos and its body, in real "
                 "time.",
                 "adapt": "Find a gait for a damaged robot in a few trials, which the robot plays.",

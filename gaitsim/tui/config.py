@@ -30,7 +30,7 @@ import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.storage.views import config_folder, editing, read_settings
 from gaitsim.toml import literal, parse
-from gaitsim.tui.keys import PREFIX
+from gaitsim.tui.keys import NAMED, PREFIX
 from gaitsim.tui.themes import check_theme
 
 THEME = "theme"
@@ -209,8 +209,7 @@ def find_problems(config: Config) -> list[GaitsimError]:
     for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
         import_module(module.name)
     nodes = list(_subclasses(DOMNode))
-    ids = {binding.id for node in nodes for binding in _bindings(node)}
-    return [*check_keys(config, ids), *_conflicts(config, nodes)]
+    return [*check_keys(config, NAMED), *_conflicts(config, nodes)]
 
 
 def _conflicts(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:

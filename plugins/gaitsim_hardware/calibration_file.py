@@ -16,6 +16,7 @@ from gaitsim.experiment.overrides import Problems, invalid_value
 from gaitsim.gait.gait_files import Gait, check_folder
 from gaitsim.legged import SERVOS
 from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.storage.views import editing
 from gaitsim_hardware.calibration import BUSES, Calibration, Joint
 
 SCHEMA = 1
@@ -23,13 +24,16 @@ NOUN = "calibration"
 _MAX_NAMES = 4
 
 
-def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibration:
+def read_calibration(
+    path: Path, format: str, joints: Sequence[str], *, partial: bool = False
+) -> Calibration:
     """Read the calibration of a robot with the given joints.
 
     Args:
         path: path of the TOML file.
         format: export format, such as 'arduino', which determines the type of servo.
         joints: names of the joints, in the order of the gait.
+        partial: whether joints may be missing.
     """
     template = "the file that --calibration-template writes"
     text = read_file(path, NOUN, template, "write one with --calibration-template")
@@ -48,19 +52,29 @@ def read_calibration(path: Path, format: str, joints: Sequence[str]) -> Calibrat
     if not isinstance(given, dict):
         problems.report("joints", "'joints' is not a section", '[joints."name"] for each joint')
         given = {}
-    found = _joints(given, joints, problems)
+    found = _joints(given, joints, problems, partial=partial)
     if not problems.found:
         _check_format(found, format, problems)
     if problems.found:
         raise ExperimentError(problems.found[:20], NOUN)
-    return Calibration({name: found[name] for name in joints}, str(path), f"in {path}")
+    listed = {name: found[name] for name in joints if name in found}
+    return Calibration(listed, str(path), f"in {path}")
+
+
+def write_joint(path: Path, name: str, joint: Joint) -> None:
+    """Write the servo of a joint on a bus to a calibration file; the rest of the file stays."""
+    with editing(path) as document:
+        document.setdefault("schema", SCHEMA)
+        left_out = {"board", "channel", "pulse"}
+        section = joint.model_dump(exclude=left_out, exclude_none=True)
+        document.setdefault("joints", {})[name] = section
 
 
 def _joints(
-    given: Mapping[str, Any], joints: Sequence[str], problems: Problems
+    given: Mapping[str, Any], joints: Sequence[str], problems: Problems, *, partial: bool
 ) -> dict[str, Joint]:
     extra = [name for name in given if name not in joints]
-    missing = [name for name in joints if name not in given]
+    missing = [name for name in joints if name not in given and not partial]
     if extra:
         problems.report(
             "joints",
@@ -73,7 +87,8 @@ def _joints(
             "joints",
             f"{_list_names(missing)} {'is' if len(missing) == 1 else 'are'} missing",
             "all joints of the gait",
-            "create a new file with --calibration-template and copy the joints from it",
+            "calibrate them with 'gaitsim robots calibrate', or create a new file with "
+            "--calibration-template and copy the joints from it",
         )
     found = {}
     for name, section in given.items():

@@ -15,6 +15,7 @@ LONGEST = 1.0  # s, longest time simulated at once; a longer gap counts as a pau
 ROOM = 25.0  # °C
 HEATING = 6.0  # K, warming of a servo at its continuous load
 CONTINUOUS = 0.2  # share of the stall torque
+HEAVY = 1e4  # times the mass of a trunk that hangs
 WARMING = 300.0  # s, time constant of the temperature
 
 
@@ -23,6 +24,7 @@ class Body:
 
     Args:
         simulation: simulation of the robot, standing.
+        hung: whether the robot hangs in the air by its trunk.
 
     Attributes:
         goal: goal of each servo as an angle of its joint, (joints,) rad.
@@ -32,13 +34,16 @@ class Body:
         seconds: simulated time, s.
     """
 
-    def __init__(self, simulation: Simulation) -> None:
+    def __init__(self, simulation: Simulation, *, hung: bool = False) -> None:
         import mujoco
 
         self._simulation, self._model = simulation, copy.copy(simulation.model)
         self._data = mujoco.MjData(self._model)
         state = mujoco.mjtState.mjSTATE_FULLPHYSICS
         mujoco.mj_setState(self._model, self._data, simulation.start, state)
+        self._held: Floats | None = None  # pose of the trunk
+        if hung:
+            self._hang()
         self._torque = self._model.actuator_forcerange[simulation.ctrl].copy()
         joints = len(simulation.ctrl)
         self.goal = self.angles
@@ -48,6 +53,15 @@ class Body:
         self.seconds = 0.0
         self._late: deque[tuple[float, Floats]] = deque()
         self._data.ctrl[:] = simulation.rest
+
+    def _hang(self) -> None:
+        """Hold the trunk in the air: it becomes so heavy that legs do not move it."""
+        model, data, trunk = self._model, self._data, 1
+        for of_trunk in (model.body_mass, model.body_inertia):
+            of_trunk[trunk] *= HEAVY
+        data.qpos[2] += 2 * self._simulation.height
+        data.xfrc_applied[trunk, :3] = -model.body_mass[trunk] * model.opt.gravity
+        self._held = data.qpos[:7].copy()
 
     @property
     def angles(self) -> Floats:
@@ -96,6 +110,8 @@ class Body:
         force = np.where(self.on, self.strength, 0.0)[:, None] * self._torque
         self._model.actuator_forcerange[simulation.ctrl] = force
         before = np.square(self.load)
+        if self._held is not None:
+            self._data.qpos[:7], self._data.qvel[:6] = self._held, 0.0
         self._move(steps)
         self.seconds += steps * step
         heat = HEATING / CONTINUOUS**2 * (before + np.square(self.load)) / 2

@@ -220,8 +220,16 @@ class ServoBus(Bus):
                 allowed="an IMU as that of an OpenCR board",
                 remedy="omit --imu, if the gait needs no IMU",
             )
-        if table.watchdog:
-            self._write_all(table.watchdog, 0)
+
+    def scan(self) -> list[int]:
+        """Return the ids of all servos of the known models; takes some seconds."""
+        answering = [one for one in range(253) if [*self._ask(Packet(one, PING), 1, 0)]]
+        known = self._table.models.values()
+        return [one for one in answering if self._get(one, self._table.model) in known]
+
+    def missing(self) -> list[int]:
+        """Return the ids of the calibration that do not answer."""
+        return [one for one in self._ids if self._get(one, self._table.model) is None]
 
     def _check_found(self, found: Sequence[int | None]) -> None:
         """Report servos that do not answer, or of which two have the same id."""
@@ -248,7 +256,7 @@ class ServoBus(Bus):
                 else f"switch the servos' power on, and check the cable, --bus {self._kind} and "
                 "the ids in the calibration",
             )
-        what = "servo does" if len(missing) == 1 else "servos do"
+        what = "servos does" if len(missing) == 1 else "servos do"
         raise GaitsimError(
             f"{len(missing)} of {self._joints} {what} not answer: id {names}{more}",
             where=self._calibration.source,
@@ -350,18 +358,24 @@ class ServoBus(Bus):
 
     def write(self, degrees: Floats) -> None:
         """Command servo angles, (joints,) °."""
-        goal, ticks = self._table.goal, self._calibration.ticks(degrees).tolist()
-        data = self._number(goal.address) + self._number(goal.size)
-        for number, tick in zip(self._ids, ticks, strict=True):
-            data += bytes([number]) + goal.write(tick)
-        self.port.write(self.protocol.encode(Packet(ALL, SYNC_WRITE, data)))
+        self._write_each(self._table.goal, self._calibration.ticks(degrees).tolist())
+
+    def _write_each(self, part: Field, values: Sequence[int], times: int = 1) -> None:
+        """Write a value to each servo of the calibration; may be repeated, as nothing confirms."""
+        data = self._number(part.address) + self._number(part.size)
+        for number, value in zip(self._ids, values, strict=True):
+            data += bytes([number]) + part.write(value)
+        for _ in range(times):
+            self.port.write(self.protocol.encode(Packet(ALL, SYNC_WRITE, data)))
 
     def on(self, degrees: Floats) -> None:
         """Switch the servos on at these angles, (joints,) °.
 
         A servo that had missed its goal would jump to an old one, so goals are read back before.
         """
-        goal = self._table.goal
+        goal, watchdog = self._table.goal, self._table.watchdog
+        if watchdog:  # a tripped one refuses goals
+            self._write_all(watchdog, 0)
         ticks = dict(zip(self._ids, self._calibration.ticks(degrees).tolist(), strict=True))
         head = self._number(goal.address) + self._number(goal.size)
         for _ in range(10 * TRIES):
@@ -374,9 +388,10 @@ class ServoBus(Bus):
                 break
         else:
             raise GaitsimError("a servo does not accept its goal", where="--port")
-        if self._table.watchdog:
-            self._write_all(self._table.watchdog, WATCHDOG)
-        self._write_all(self._table.torque, 1)
+        # Not to all servos: the calibration may be that of one joint.
+        if watchdog:
+            self._write_each(watchdog, [WATCHDOG] * self._joints, times=3)
+        self._write_each(self._table.torque, [1] * self._joints, times=3)
 
     def off_frame(self) -> bytes:
         """Return the bytes that switch all servos off."""

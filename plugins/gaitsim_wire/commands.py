@@ -63,6 +63,7 @@ class Emulate(Action):
     )
     drop: float = option(0.0, "share of frames that are lost, each way", ge=0, le=1)
     corrupt: float = option(0.0, "share of frames with a wrong byte, each way", ge=0, le=1)
+    hang: bool = option(False, "hang the robot up in the air, as for calibrating it")
     imu: bool = option(True, "let an IMU answer at the id 200 of a servo bus")
     seed: int = option(0, "seed of lost and wrong frames", ge=0)
     baud: int | None = BAUD
@@ -93,7 +94,9 @@ class Emulate(Action):
                 experiment = put_in_world(experiment, conditions)
             noise = Noise(self.drop, self.corrupt, np.random.default_rng(self.seed))
             faults, file = self.fault or (), self.calibration
-            emulator = create_emulator(experiment, self.bus, file, faults, noise, imu=self.imu)
+            emulator = create_emulator(
+                experiment, self.bus, file, faults, noise, imu=self.imu, hung=self.hang
+            )
         joints = len(emulator.body.on)
 
         def begin(port: str) -> None:

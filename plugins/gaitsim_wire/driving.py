@@ -29,6 +29,7 @@ RATE = 50.0  # Hz
 LATE = 0.5  # frames; a frame that begins later counts as late
 RAMP_SPEED = 45.0  # °/s, mean speed of the servo that turns most while the robot rises
 RAMP_TIME = 2.0  # s, shortest duration of rising and of lying down
+NEAR = 0.5  # °; a robot that is so close to a pose needs no time to reach it
 SILENCE = 0.2  # s without an answer of a servo, after which the robot stops
 TIPPED = 1.0  # rad
 LEAST_VOLTS = {"feetech": 6.0, "dynamixel": 6.5, "serial": 4.5}
@@ -68,7 +69,7 @@ class Player(ABC):
     @property
     @abstractmethod
     def first(self) -> Floats:
-        """Joint angles at the start, (joints,) rad."""
+        """Joint angles at the start, (joints,) rad; NaN for joints that stay where they are."""
 
     @abstractmethod
     def step(self, reading: Reading) -> Floats | None:
@@ -362,6 +363,7 @@ class Session:
     def _goals(self, resting: Floats) -> Iterator[Floats]:
         """Yield the servo angles of each frame, (joints,) °: rise, play, lie down."""
         first = self._calibration.servo_angles(self._player.first)
+        first = np.where(np.isfinite(first), first, resting)
         yield from ramp(resting, first)
         self.status.phase, last = "driving", first
         while (angles := self._player.step(self.status.reading)) is not None:
@@ -384,6 +386,8 @@ class Session:
 
 def ramp(start: Floats, end: Floats) -> Iterator[Floats]:
     """Yield servo angles of each frame from one pose to another, with a smooth start and end."""
+    if np.abs(end - start).max() < NEAR:
+        return
     seconds = max(RAMP_TIME, float(np.abs(end - start).max()) / RAMP_SPEED)
     frames = math.ceil(seconds * RATE)
     for frame in range(1, frames + 1):

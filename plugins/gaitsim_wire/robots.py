@@ -100,6 +100,7 @@ def create_emulator(
     noise: Noise,
     *,
     imu: bool,
+    hung: bool = False,
 ) -> Emulator:
     """Return a virtual robot with its servos off.
 
@@ -110,11 +111,12 @@ def create_emulator(
         faults: faults, as `parse_fault` reads them.
         noise: losses on the wire.
         imu: whether an IMU answers on a servo bus.
+        hung: whether the robot hangs in the air.
     """
     robot = robot_of(experiment)
     calibration = calibration_of(robot, bus, file)
     parsed = [parse_fault(text, robot.joint_names()) for text in faults]
-    body = Body(robot.simulation)
+    body = Body(robot.simulation, hung=hung)
     if bus == "serial":
         return SketchBoard(body, calibration, parsed, noise)
     return ServoBus(bus, body, calibration, parsed, noise, imu=imu)

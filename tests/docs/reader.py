@@ -34,7 +34,7 @@ NOT_RUN = {
     r"tcp://host:8786": "needs a cluster",
     r"champions/generation-0000": "a file of a run with all its individuals",
     r"attach .* > ": "ends with the run; without a file it is begun",
-    r"gaitsim drive ": "needs a robot; tests/wire drives virtual ones",
+    r" --port ": "needs a robot; tests/wire has virtual ones",
     r"queue night": "needs runs that wait; tests/cli/test_background.py moves some",
     r" --root \.\./": "needs the folder of a robot's meshes",
     r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",

@@ -14,9 +14,10 @@ def quadruped(**world):
     return load_experiment("quadruped", overrides)
 
 
-def robot_on(bus, *faults, noise=None, imu=True, **world):
+def robot_on(bus, *faults, noise=None, imu=True, calibration=None, hung=False, **world):
     """Return a virtual robot on a bus, with the faults that act from the start."""
-    emulator = create_emulator(quadruped(**world), bus, None, (), noise or Noise(), imu=imu)
+    noise = noise or Noise()
+    emulator = create_emulator(quadruped(**world), bus, calibration, (), noise, imu=imu, hung=hung)
     for fault in faults:
         emulator.inject(fault)
     return emulator
