@@ -40,6 +40,7 @@ from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 
 TRIALS, OF_MAP = 20, 5  # all trials, and at most those of the map
+SLOW_TRIALS = 10  # all trials in PyBullet, where a gait takes four seconds
 SCALES = (1.0, 0.4, 0.6, 0.8, 1.5)
 SPEED = 0.125  # m/s, of a gait that walks
 SIMULATORS = ("kinematics", "twin", "bullet")
@@ -65,14 +66,19 @@ def robot_in(simulator: str, prior: Prior, damage: Sequence[str]) -> MeasureGait
 
 
 def try_gaits(
-    prior: Prior, measure: MeasureGait, settings: AdaptationSettings, *, changes: bool
+    prior: Prior,
+    measure: MeasureGait,
+    settings: AdaptationSettings,
+    *,
+    changes: bool,
+    count: int = TRIALS,
 ) -> list[Trial]:
     """Return the trials of the atlas, and with `changes` further ones of changes of the best."""
     if not changes:
         return [*adapt(prior, measure, settings)]
     every = replace(settings, refine=MOST_TRIALS)
     trials: list[Trial] = []
-    while len(trials) < TRIALS and (proposal := propose(prior, trials, every)):
+    while len(trials) < count and (proposal := propose(prior, trials, every)):
         measured = measure(individual_of(prior, proposal))
         trials.append(Trial(**vars(proposal), measured=measured))
     return trials
@@ -103,7 +109,9 @@ def measure_losses(run: gs.Run, simulator: str) -> dict[str, Any]:
             known = replace(prior, damaged=None)
             if simulator == "bullet":
                 known = read_prior(run.snapshot, damage=damage)
-            trials = try_gaits(known, robot_in(simulator, prior, damage), settings, changes=True)
+            count = SLOW_TRIALS if simulator == "bullet" else TRIALS
+            robot = robot_in(simulator, prior, damage)
+            trials = try_gaits(known, robot, settings, changes=True, count=count)
             of_map = [trial for trial in trials if not trial.genome]
             best = max(trials, key=lambda trial: trial.measured)
             found = {
