@@ -1,0 +1,121 @@
+"""Tests of the package: its contract, its policies, and environments that fail."""
+
+from pathlib import Path
+from typing import ClassVar
+
+import gymnasium
+import numpy as np
+import pytest
+from gaitsim_gymnasium import Environment
+from gaitsim_gymnasium.environments import action_limits
+from gaitsim_gymnasium.oscillators import oscillations
+
+from gaitsim import evaluate, load_experiment
+from gaitsim.errors import GaitsimError
+from gaitsim.testing import check_package
+
+
+class Broken(gymnasium.Env):
+    """An environment that fails, or returns NaN, once its action is large."""
+
+    observation_space = gymnasium.spaces.Box(-1, 1, (2,))
+    action_space = gymnasium.spaces.Box(-1, 1, (1,))
+    metadata: ClassVar = {"render_fps": 10}
+
+    def __init__(self, how):
+        self.how = how
+
+    def reset(self, *, seed=None, options=None):
+        super().reset(seed=seed)
+        return self.np_random.random(2), {}
+
+    def step(self, action):
+        reward = float(action[0])
+        if reward > 0.5:
+            if self.how == "raises":
+                raise ZeroDivisionError("the engine has stopped")
+            reward = float("nan")
+        return np.zeros(2), reward, False, False, {}
+
+
+for name in ("raises", "nan"):
+    gymnasium.register(f"Broken{name}-v0", lambda name=name: Broken(name), max_episode_steps=20)
+
+
+def test_it_conforms():
+    for report in check_package(Path(__file__).parents[1]):
+        assert report.ok, report
+
+
+@pytest.mark.parametrize("policy", ["oscillators", "linear", "network"])
+def test_the_return_is_that_of_the_same_actions_in_gymnasium(policy):
+    body = Environment(env="Swimmer-v5", policy=policy, steps=60, world={"seed": 3})
+    genomes = body.genome_space().random(3, np.random.default_rng(1))
+    motion = body.move(genomes)
+    robot = gymnasium.make("Swimmer-v5")
+    for row in range(3):
+        robot.reset(seed=3)
+        actions = motion["action"][row, 1:].astype(np.float32)
+        expected = sum(robot.step(action)[1] for action in actions)
+        assert motion["return"][row] == pytest.approx(expected, rel=1e-12)
+    assert np.array_equal(body.move(genomes[1:2])["return"], motion["return"][1:2])
+
+
+def test_oscillators_swing_as_long_as_their_frequencies_say():
+    limits = action_limits("Swimmer-v5", 1000)
+    genome = np.array([[0.5, 0.2, 1.0, 0.0, 0.0, 0.5, np.pi / 2, 0.25]])
+    first, second = oscillations(genome, limits)[0].T
+    # Half a cycle at 0.5 Hz takes 1 s, half a cycle at 0.2 Hz 2.5 s.
+    assert np.mean(first > 0) == pytest.approx(1 / 3.5, abs=0.03)
+    assert (second.min(), second.max()) == pytest.approx((-0.25, 0.75), abs=0.01)
+
+
+def test_worlds_are_seeds_of_episodes():
+    body = Environment(env="Hopper-v5", policy="linear", steps=40)
+    genomes = body.genome_space().random(2, np.random.default_rng(0))
+    starts = [
+        body.model_copy(update={"world": {"seed": seed}}).move(genomes)["observation"][:, 0]
+        for seed in (1.0, 2.0)
+    ]
+    assert np.array_equal(*starts[0])
+    assert not np.array_equal(*starts)
+
+
+def test_statistics_are_part_of_the_experiment():
+    experiment = load_experiment("gymnasium-linear", {"organism.steps": 20})
+    again = load_experiment(
+        "gymnasium-linear", {"organism.mean": [0.0] * 8, "organism.deviation": [1.0] * 8}
+    )
+    assert len(experiment.organism.mean) == 8
+    assert again.organism.mean == (0.0,) * 8
+    assert str(experiment.organism.mean[0]) in experiment.to_toml()
+
+
+@pytest.mark.parametrize(
+    ("how", "reason"), [("raises", "engine has stopped"), ("nan", "not finite")]
+)
+def test_an_environment_that_fails_fails_the_individual(how, reason):
+    body = {"organism.env": f"Broken{how}-v0", "organism.policy": "linear"}
+    body |= {"organism.mean": [0.0, 0.0], "organism.deviation": [1.0, 1.0], "worlds.cases": []}
+    experiment = load_experiment("gymnasium-linear", body)
+    genomes = np.array([[0.0, 0.0, 0.9], [0.0, 0.0, 0.1]])
+    found = evaluate(experiment, genomes)
+    assert found.scores[0] == -np.inf
+    assert reason in found.reasons[0]
+    assert "step 1" in found.reasons[0]
+    assert found.scores[1] == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("env", "message"),
+    [
+        ("Nothing-v0", "there is no environment"),
+        ("os:Nothing-v0", "invalid id"),
+        ("CartPole-v1", "the action space"),
+        ("Blackjack-v1", "the observation space"),
+        ("Pendulum-v1", "no joints that oscillators could move"),
+    ],
+)
+def test_other_environments_are_refused(env, message):
+    with pytest.raises(GaitsimError, match=message):
+        Environment(env=env)
