@@ -340,11 +340,19 @@ def figure_names(report: AdaptationReport) -> list[str]:
 
 
 TRIALS, SUMMARY = "trials.csv", "report.md"
-_COLUMNS = ("damage", "way", "trial", "member", "expected", "deviation", "measured", "kept")
+_COLUMNS = (
+    *("damage", "way", "trial", "member", "expected", "deviation", "measured", "kept"),
+    "of champion",
+)
 
 
 def trials_table(report: AdaptationReport) -> str:
     """Return a CSV table with a row for each trial, followed by the random gaits of its case."""
+    champion = report.reference
+
+    def shares(measured: float) -> list[float | str]:
+        return [report.kept(measured), measured / champion.performance if champion else ""]
+
     text = line(_COLUMNS)
     for case in report.cases:
         for trial in case.trials:
@@ -357,11 +365,11 @@ def trials_table(report: AdaptationReport) -> str:
                     trial.expected,
                     trial.deviation,
                     trial.measured,
-                    report.kept(trial.measured),
+                    *shares(trial.measured),
                 ]
             )
         for number, measured in enumerate(case.random, 1):
-            text += line([case.name, "random", number, "", "", "", measured, report.kept(measured)])
+            text += line([case.name, "random", number, "", "", "", measured, *shares(measured)])
     return text
 
 

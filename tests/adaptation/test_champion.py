@@ -62,6 +62,10 @@ def test_a_report_on_an_atlas_that_began_from_a_champion_shows_its_share(rival, 
     assert f"| of {rival:.3g} m | kept |" in text
     best = made.cases[0].best.measured
     assert f"| A | {len(made.cases[0].trials)} | {best:.3g} | {best / rival:.0%} |" in text
+    header, first, *_ = trials_table(made).splitlines()
+    assert header.endswith("measured,kept,of champion")
+    measured, _, of_champion = map(float, first.split(",")[-3:])
+    assert of_champion == pytest.approx(measured / rival)
     (folder / "trials.csv").write_text(trials_table(made))
     (folder / "report.md").write_text(text)
     assert verify_files(folder, atlas="begun").identical
