@@ -15,6 +15,8 @@ import commands
 import everything
 import parts
 
+from gaitsim_page.playground import write_page
+
 ROOT = Path(__file__).parents[1]
 STAGE = ROOT / "build" / "docs"
 OUTSIDE = {
@@ -130,6 +132,7 @@ def collect_pages() -> None:
         if name != "index.md":
             page = ROOT / source.removeprefix("../")
             (STAGE / name).write_text(with_site_links(page.read_text(), page.parent))
+    write_page(STAGE / "playground.html")
     shutil.copy(ROOT / "docs_build" / "site.css", STAGE)
     shutil.copytree(ROOT / "docs_build" / "fonts", STAGE / "fonts")
     (STAGE / "commands.md").write_text(commands.page())

@@ -70,3 +70,16 @@ async def test_home_writes_a_gallery(walk, drive, monkeypatch):
         await driver.press("enter")
         await driver.until(lambda: bool(started))
         assert started == [("gallery", "runs", "--out", "site")]
+
+
+async def test_the_palette_writes_a_page_on_which_a_spider_learns(walk, drive, monkeypatch):
+    walk()
+    async with drive() as driver:
+        started = []
+        monkeypatch.setattr(driver.app, "start_task", lambda words, **_: started.append(words))
+        [write] = [one for one in driver.screen.palette() if one.title == "Playground"]
+        write.do()
+        await driver.at("Ask")
+        await driver.press("enter")
+        await driver.until(lambda: bool(started))
+        assert started == [("playground", "--out", "playground.html")]

@@ -122,6 +122,9 @@ class GaitScreen(Screen[None]):
         yield PaletteCommand(
             "Verify a code", "Check the score of a pasted challenge code", self.verify_code
         )
+        yield PaletteCommand(
+            "Playground", "Write a web page on which a spider learns to walk", self.write_playground
+        )
         yield from _everywhere(self.gaitsim)
 
     async def may_leave(self) -> bool:
@@ -240,6 +243,15 @@ class GaitScreen(Screen[None]):
         code = await self.app.push_screen_wait(_screen("verify.AskCode"))
         if code:
             self.show_screen("verify.Verify", code)
+
+    @work(group="ask")
+    async def write_playground(self) -> None:
+        """Write a page on which a spider learns to walk, after asking for the name of the file."""
+        about = "One page, for any browser, on which visitors evolve a spider."
+        question = _screen("questions.Ask", "File of the page", "playground.html", about=about)
+        out = await self.app.push_screen_wait(question)
+        if out is not None:
+            self.gaitsim.start_task(("playground", "--out", out), opens=not self.app.is_web)
 
     def action_back(self) -> None:
         """Return to the previous screen."""

@@ -142,7 +142,7 @@ class Playground {
     this.ground = new gaitsim.Ground(null, 0, null);
     this.stage.setGround(this.ground);
     this._wear("");
-    const reach = 0.75 * this.data.body.clip.span;
+    const reach = 0.6 * this.data.body.clip.span;
     this.stage.frame(new gaitsim.Box().add(0, 0, 0, reach));
     this.stage.animate((seconds) => this._walk(seconds));
   }
