@@ -1,6 +1,7 @@
 """The page that evolves a spider: the same bits as in Python, codes both ways, and its controls."""
 
 import re
+from dataclasses import replace
 
 import pytest
 from javascript import CHROMIUM, call
@@ -87,7 +88,10 @@ def test_codes_are_played_and_foreign_hostile_and_damaged_ones_refused(script, t
     foreign = ended(gs.evolve("millipede", generations=1)).champion.share()
     damaged = mine[:-5] + ("A" if mine[-5] != "A" else "B") + mine[-4:]
     hostile = "gaitsim1-<img src=x onerror=alert(1)>", "gaitsim1-AAAAAAAAAAAA", "", "gaitsim1-////"
-    texts = [f"> see {mine[:40]}\n> {mine[40:]}\n", every, foreign, damaged, mine[:-9], *hostile]
+    challenge = Challenge.read(mine)
+    outside = replace(challenge, genome=1e300 * challenge.genome).code
+    bad = [foreign, outside, damaged, mine[:-9], *hostile]
+    texts = [f"> see {mine[:40]}\n> {mine[40:]}\n", every, *bad]
     own, all_legs, *refused = call(script, PLAY, texts)
     for answer, code in ((own, mine), (all_legs, every)):
         assert answer["kind"] == "played"

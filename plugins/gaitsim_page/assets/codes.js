@@ -58,8 +58,9 @@ function sha256(bytes) {
     }
     let [a, b, c, d, e, f, g, h] = hash;
     for (let i = 0; i < 64; i++) {
-      const first = h + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + ((e & f) ^ (~e & g)) + keys[i] + words[i];
-      const second = (turned(a, 2) ^ turned(a, 13) ^ turned(a, 22)) + ((a & b) ^ (a & c) ^ (b & c));
+      const [chosen, most] = [(e & f) ^ (~e & g), (a & b) ^ (a & c) ^ (b & c)];
+      const first = h + (turned(e, 6) ^ turned(e, 11) ^ turned(e, 25)) + chosen + keys[i] + words[i];
+      const second = (turned(a, 2) ^ turned(a, 13) ^ turned(a, 22)) + most;
       [h, g, f, e, d, c, b, a] = [g, f, e, (d + first) | 0, c, b, a, (first + second) | 0];
     }
     [a, b, c, d, e, f, g, h].forEach((word, i) => (hash[i] = (hash[i] + word) | 0));

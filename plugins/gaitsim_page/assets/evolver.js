@@ -6,6 +6,9 @@ const SCRATCH = 61440; // addresses in the module's memory; its stack is below, 
 const BASE = 65536;
 const PURPOSE = { initial: 0, selection: 1, crossover: 2, mutation: 3 };
 const MASK = (1n << 64n) - 1n;
+const KINDS = {
+  f4: Float32Array, f8: Float64Array, i8: BigInt64Array, u8: BigUint64Array, u1: Uint8Array,
+};
 const TERMS = ["forward", "slip", "drift", "yaw", "slope", "support", "vibration", "jerk"];
 
 /** The generator PCG64 (O'Neill 2014), seeded as `np.random.default_rng` seeds it. */
@@ -172,10 +175,12 @@ function sum(values) {
 }
 
 const mean = (values) => sum(values) / values.length;
+const meanInOrder = (values) => values.reduce((one, other) => one + other) / values.length;
 
-function deviation(values) {
-  const middle = mean(values);
-  return Math.sqrt(mean(values.map((value) => (value - middle) * (value - middle))));
+/** Return the standard deviation of values, from their mean in one order of summation. */
+function deviation(values, mean_) {
+  const middle = mean_(values);
+  return Math.sqrt(mean_(values.map((value) => (value - middle) * (value - middle))));
 }
 
 /** The spider's kernels, compiled from gaitsim's; see kernels.py. */
@@ -208,8 +213,7 @@ class Kernels {
   /** Return a field of the memory. @param {string} name */
   view(name) {
     const [place, count, kind] = DATA.fields[name];
-    const Kind = { f4: Float32Array, f8: Float64Array, i8: BigInt64Array, u8: BigUint64Array, u1: Uint8Array }[kind];
-    return new Kind(this.buffer, BASE + place, count);
+    return new KINDS[kind](this.buffer, BASE + place, count);
   }
 
   /** Set the body and the fitness. @param {Settings} settings */
@@ -266,8 +270,8 @@ class Evolver {
     kernels.prepare(settings);
   }
 
-  _random(purpose, generation = this.number) {
-    return new Random([this.settings.seed, generation, PURPOSE[purpose]]);
+  _random(purpose) {
+    return new Random([this.settings.seed, this.number, PURPOSE[purpose]]);
   }
 
   /** Evolve the next generation. */
@@ -361,17 +365,14 @@ class Evolver {
       const [one, other] = [sorted[below], sorted[Math.ceil(place)]];
       return one === other ? one : one * (1 - rest) + other * rest;
     });
-    const inOrder = (values) => values.reduce((one, other) => one + other) / values.length;
-    const spreads = lower.map((low_, gene) => {
+    const spreads = lower.map((bound, gene) => {
       const values = this.genomes.map((genome) => genome[gene]);
-      const middle = inOrder(values);
-      const variance = inOrder(values.map((one) => (one - middle) * (one - middle)));
-      return Math.sqrt(variance) / (upper[gene] - low_);
+      return deviation(values, meanInOrder) / (upper[gene] - bound);
     });
     this.mean = mean(finite);
     this.history?.push([
       this.number, 1, this.number * this.genomes.length, this.scores[this.best], this.mean, median, low,
-      high, Math.min(...this.scores), alive.length ? deviation(finite) : 0, mean(spreads),
+      high, Math.min(...this.scores), alive.length ? deviation(finite, mean) : 0, mean(spreads),
       ...this.terms[this.best],
       ...TERMS.map((_, i) => (alive.length ? mean(alive.map((one) => this.terms[one][i])) : NaN)),
     ]);

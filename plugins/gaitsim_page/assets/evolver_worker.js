@@ -14,7 +14,8 @@ const real = (value) => (Number.isInteger(value) ? `${value}.0` : String(value))
 function experimentOf({ seed, start, lost, weights }) {
   const values = { seed, start: `"${start}"`, damage: lost ? `["${lost} lost"]` : "[]" };
   for (const [name, weight] of Object.entries(weights)) values[name] = real(weight);
-  return DATA.experiment.replace(/^(\w+)=.*$/gm, (line, key) => (key in values ? `${key}=${values[key]}` : line));
+  const changed = (line, key) => (key in values ? `${key}=${values[key]}` : line);
+  return DATA.experiment.replace(/^(\w+)=.*$/gm, changed);
 }
 
 /** Return the settings of the experiment of a code; throw if the page cannot play it. @param {string} text */
@@ -26,13 +27,13 @@ function settingsIn(text) {
     const [, key, value] = /^(\w+) *= *([^#]*)/.exec(line) ?? [];
     if (key) found.set(`${section}.${key}`, value.trim());
   }
-  const fixed = {
-    plugin: '"spider"', encoding: '"sine"', frequency: "1.5", world: "{}",
+  const required = {
+    "organism.plugin": '"spider"', "organism.encoding": '"sine"', "organism.frequency": "1.5",
+    "organism.world": "{}", "worlds.number": "0", "worlds.cases": "[]", "fitness.plugin": '"spider-walk"',
   };
-  for (const [key, value] of Object.entries(fixed))
-    if (found.get(`organism.${key}`) !== value) throw new Error(key);
   const damage = /^\[(?:"([LR][1-4]) lost")?\]$/.exec(found.get("organism.damage"));
-  if (!damage || found.get("fitness.plugin") !== '"spider-walk"') throw new Error("fitness");
+  if (!damage || Object.entries(required).some(([key, value]) => found.get(key) !== value))
+    throw new Error("another body or fitness");
   const weights = {};
   for (const name of Object.keys(DATA.weights)) {
     weights[name] = Number(found.get(`fitness.${name}`) ?? NaN);
@@ -61,23 +62,24 @@ function strideOf(kernels) {
   return { angles: turned, steps };
 }
 
-class Worker_ {
+class Evolution {
   constructor(kernels) {
     this.kernels = kernels;
     this.evolver = null;
-    this.pace = 0; // generations per second; 0 pauses, Infinity does not wait
+    this.pace = 0; // generations per second; 0 pauses
     this.timer = null;
   }
 
-  start({ settings }) {
+  start({ settings, run }) {
     this.evolver = new Evolver(this.kernels, settings);
+    this.number = run;
     this.shown = -Infinity;
     this.due = performance.now();
     this._schedule();
   }
 
   change({ settings }) {
-    if (!this.evolver.number) return this.start({ settings });
+    if (!this.evolver.number) return this.start({ settings, run: this.number });
     this.evolver.change(settings);
     this.shown = -Infinity;
     this._report();
@@ -114,13 +116,13 @@ class Worker_ {
 
   _report() {
     const { evolver, kernels } = this;
-    const { number, scores, best, terms, mean } = evolver;
-    const named = Object.fromEntries(TERMS.map((name, i) => [name, terms[best][i]]));
-    const message = { kind: "generation", number, best: scores[best], mean, terms: named };
+    const { number, scores, best, mean, settings } = evolver;
+    const terms = Object.fromEntries(TERMS.map((name, i) => [name, evolver.terms[best][i]]));
+    const message = { kind: "generation", run: this.number, number, best: scores[best], mean, terms };
     if (scores[best] > this.shown) {
       this.shown = scores[best];
       kernels.score(evolver.genomes[best]);
-      message.stride = strideOf(kernels);
+      Object.assign(message, { stride: strideOf(kernels), lost: settings.lost });
     }
     if (number === DATA.compared && evolver.history) message.fingerprint = evolver.fingerprint();
     postMessage(message);
@@ -136,7 +138,11 @@ class Worker_ {
     try {
       const { genome, score, text: experiment } = await readCode(text);
       const { genes, settings } = settingsIn(experiment);
-      if (genome.length !== genes || !genome.every(Number.isFinite)) throw new Error("genes");
+      const inside = (gene, i) => {
+        const like = i < genes / 2 ? 0 : DATA.lower.length - 1; // an amplitude, or an angle
+        return gene >= DATA.lower[like] && gene <= DATA.upper[like];
+      };
+      if (genome.length !== genes || !genome.every(inside)) throw new Error("genes");
       this.kernels.prepare(settings);
       const terms = this.kernels.score(genome);
       const found = terms.reduce((one, other) => one + other, 0);
@@ -150,8 +156,8 @@ class Worker_ {
   }
 }
 
-const ready = Kernels.load().then((kernels) => new Worker_(kernels));
-ready.then(() => postMessage({ kind: "ready" }), (error) => postMessage({ kind: "failed", message: String(error) }));
+const ready = Kernels.load().then((kernels) => new Evolution(kernels));
+ready.then(() => postMessage({ kind: "ready" }), () => postMessage({ kind: "fail" }));
 onmessage = async ({ data }) => {
   const worker = await ready;
   worker[data.kind](data);

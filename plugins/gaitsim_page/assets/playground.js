@@ -1,7 +1,7 @@
 // The page on which a visitor evolves a spider. The search runs in a worker (evolver_worker.js); the
 // page draws the champion, and never runs or interprets what is in a pasted code.
 
-const { element, drawing, button, icon, numeral } = gaitsim;
+const { element, drawing, numeral } = gaitsim;
 const PACES = [["1 a second", 1], ["10 a second", 10], ["as fast as possible", 1e6]];
 const [WIDE, HIGH] = [300, 110]; // of the curve
 const TURNS = 4; // largest weight, relative to its default
@@ -9,6 +9,14 @@ const TRAIL = 400; // points of the path, one a frame
 const UNSUPPORTED =
   "This browser cannot evolve the spider: it has no Web Workers or no WebAssembly with SIMD, or they " +
   "are disabled. Try a newer browser, or install gaitsim and run: gaitsim run spider";
+
+const section = (name, title, ...children) =>
+  element("section", { class: name }, element("h2", {}, title), ...children);
+const press = (label, click, title) => element("button", { type: "button", title, click }, label);
+const choice = (options, change) =>
+  element("select", { change }, ...options.map(([label, value]) => element("option", { value }, label)));
+const area = (label, more) =>
+  element("textarea", { rows: "3", spellcheck: "false", "aria-label": label, ...more });
 
 class Playground {
   /** @param {object} data data of the page @param {HTMLElement} root */
@@ -22,6 +30,7 @@ class Playground {
     this.place = { x: 0, y: 0, yaw: 0 }; // of the body on the ground
     this.frame = 0;
     this.path = [];
+    this.runs = 0;
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches; // moves only on demand
     this.actions = {
       play: () => this.run(!this.running),
@@ -39,17 +48,19 @@ class Playground {
   }
 
   _page() {
+    const { title, description, made } = this.data;
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The champion in 3D" });
     this.caption = element("p", { class: "caption", "aria-hidden": "true" }, "Loading …");
-    const tools = new gaitsim.Controls(this.actions).tools;
-    const picture = element("section", { class: "view", "aria-label": "Picture" }, this.canvas, this.caption, tools);
-    const { title, description, made } = this.data;
+    const { tools } = new gaitsim.Controls(this.actions);
     this.panel = element(
       "aside", { class: "panel", "aria-label": "Evolution" },
       element("h1", {}, title), element("p", {}, description), this._curve(), this._controls(),
       this._rules(), this._home(), this._guest(), this._repeat(),
       element("p", { class: "made" }, `Created with ${made}`));
-    return element("div", { class: "playground" }, picture, this.panel);
+    return element(
+      "div", { class: "playground" },
+      element("section", { class: "view", "aria-label": "Picture" }, this.canvas, this.caption, tools),
+      this.panel);
   }
 
   _curve() {
@@ -59,14 +70,14 @@ class Playground {
       "svg", { viewBox: `0 0 ${WIDE} ${HIGH}`, role: "img", "aria-label": "Score by generation" },
       this.marks, ...this.lines);
     this.readout = element("p", { class: "ends" });
-    return element("section", { class: "curve" }, element("h2", {}, "Score: metres in 10 s, less penalties"), this.curve, this.readout);
+    return section("curve", "Score: metres in 10 s, less penalties", this.curve, this.readout);
   }
 
   _controls() {
-    this.runner = element("button", { type: "button", title: "Pause or continue (space)", click: () => this.run(!this.running) }, "Pause");
-    const again = element("button", { type: "button", title: "A new seed: other random movements", click: () => this.again() }, "Learn again");
-    this.pace = element("select", { change: () => this.run(true) },
-      ...PACES.map(([name, pace]) => element("option", { value: pace, selected: pace === 10 }, name)));
+    this.runner = press("Pause", () => this.run(!this.running), "Pause or continue (space)");
+    const again = press("Learn again", () => this.again(), "A new seed: other random movements");
+    this.pace = choice(PACES, () => this.run(true));
+    this.pace.value = 10;
     return element(
       "div", { class: "choices", role: "group", "aria-label": "Run" },
       this.runner, again, element("label", {}, "Generations ", this.pace));
@@ -74,9 +85,8 @@ class Playground {
 
   _rules() {
     const change = (name) => (event) => this.change({ [name]: event.target.value });
-    const options = (all) => all.map(([value, name]) => element("option", { value }, name));
-    this.lost = element("select", { change: change("lost") }, ...options([["", "none"], ...this.legs.map((leg) => [leg, leg])]));
-    this.start = element("select", { change: change("start") }, ...options([["random", "random movements"], ["body", "a walk made by hand"]]));
+    const lost = choice([["none", ""], ...this.legs.map((leg) => [leg, leg])], change("lost"));
+    const start = choice([["random movements", "random"], ["a walk made by hand", "body"]], change("start"));
     this.costs = new Map(); // elements with the champion's penalties
     const rows = Object.entries(this.data.weights).map(([name, usual]) => {
       const [output, cost] = [element("output", {}), element("b", {})];
@@ -95,40 +105,41 @@ class Playground {
       this.costs.set(name, cost);
       return element("div", {}, element("label", {}, `${name.replaceAll("_", " ")} `, slider), output, help);
     });
-    return element(
-      "section", { class: "rules" }, element("h2", {}, "Change the rules while it learns"),
-      element("p", { class: "choices" }, element("label", {}, "Missing leg ", this.lost), element("label", {}, "Begin with ", this.start)),
+    return section(
+      "rules", "Change the rules while it learns",
+      element(
+        "p", { class: "choices" },
+        element("label", {}, "Missing leg ", lost), element("label", {}, "Begin with ", start)),
       element("details", {}, element("summary", {}, "What the score punishes"), ...rows));
   }
 
   _home() {
-    this.code = element("textarea", { readonly: true, rows: "3", "aria-label": "Code of the champion", spellcheck: "false", hidden: true });
-    this.copied = element("p", { class: "status", role: "status" });
-    return element(
-      "section", { class: "code" }, element("h2", {}, "Take the champion home"),
-      element("p", {}, "Anyone can check its score, to the last bit: ", element("code", {}, "gaitsim verify CODE")),
-      element("button", { type: "button", click: () => this._send({ kind: "code" }) }, "Copy its code"), this.code, this.copied);
+    this.code = area("Code of the champion", { readonly: true, hidden: true });
+    this.copied = element("p", { role: "status" });
+    return section(
+      "code", "Take the champion home",
+      element("p", {}, "Anyone can check its score: ", element("code", {}, "gaitsim verify CODE")),
+      press("Copy its code", () => this._send({ kind: "code" })), this.code, this.copied);
   }
 
   _guest() {
-    this.guest = element("textarea", { rows: "3", "aria-label": "Code of a gait", placeholder: "gaitsim1-…", spellcheck: "false" });
+    this.guest = area("Code of a gait", { placeholder: "gaitsim1-…" });
     this.answer = element("p", { role: "status" });
-    this.back = element("button", { type: "button", hidden: true, click: () => this._leave() }, "Back to the champion");
-    return element(
-      "section", { class: "code" }, element("h2", {}, "Play a code"),
-      element("p", {}, "Paste the code of a spider, as ", element("code", {}, "gaitsim share"), " prints it."), this.guest,
-      element("p", { class: "choices" },
-        element("button", { type: "button", click: () => this._send({ kind: "play", text: this.guest.value }) }, "Play"), this.back),
-      this.answer);
+    const play = press("Play", () => this._send({ kind: "play", text: this.guest.value }));
+    this.back = press("Back to the champion", () => this._leave());
+    this.back.hidden = true;
+    return section(
+      "code", "Play a code",
+      element("p", {}, "Paste the code of a spider, as ", element("code", {}, "gaitsim share"), " prints it."),
+      this.guest, element("p", { class: "choices" }, play, this.back), this.answer);
   }
 
   _repeat() {
-    this.command = element("textarea", { readonly: true, rows: "4", "aria-label": "Command of the same run", spellcheck: "false" });
+    this.command = area("Command of the same run", { readonly: true });
     this.print = element("p", { class: "print" });
     return element(
-      "section", { class: "code" },
-      element("details", {}, element("summary", {}, "The same run on your computer"),
-        element("p", {}, "The same seed gives the same bits:"), this.command, this.print));
+      "details", { class: "code" }, element("summary", {}, "The same run on your computer"),
+      element("p", {}, "The same seed gives the same bits:"), this.command, this.print);
   }
 
   /** Build the stage; without WebGL, show a message in place of the picture. */
@@ -155,7 +166,7 @@ class Playground {
     const { clip } = this.data.body;
     const leg = this.legs.indexOf(lost);
     const outline = clip.limbs.length - 3 * this.legs.length;
-    const limbs = clip.limbs.filter((_, i) => leg < 0 || i < outline || Math.floor((i - outline) / 3) !== leg);
+    const limbs = clip.limbs.filter((_, i) => leg < 0 || Math.floor((i - outline) / 3) !== leg);
     const feet = { ...clip.feet, lost: this.legs.map((name) => name === lost) };
     this.body = new gaitsim.Body({ ...clip, limbs, feet, floor: 0 }, this.themes.theme, 0, 0, this.ground);
     this.stage.add(this.body);
@@ -232,10 +243,6 @@ class Playground {
     this.worker?.postMessage(message);
   }
 
-  _failed() {
-    this._fail();
-  }
-
   _ready() {
     this.begin();
     this.run(!this.still);
@@ -247,7 +254,8 @@ class Playground {
     this.changes = [];
     this.print.textContent = "";
     this._leave();
-    this._send({ kind: "start", settings: this.settings });
+    this.runs += 1;
+    this._send({ kind: "start", settings: this.settings, run: this.runs });
     this._commanded();
   }
 
@@ -281,19 +289,20 @@ class Playground {
     this._send({ kind: "run", pace });
   }
 
-  _generation({ number, best, mean, terms, stride, fingerprint }) {
+  _generation({ run, number, best, mean, terms, stride, lost, fingerprint }) {
+    if (run !== this.runs) return; // sent before the worker heard of the new run
     this.points[number - 1] = [best, mean];
     this.champion = { ...this.champion, terms };
     if (stride) {
-      Object.assign(this.champion, { stride, lost: this.settings.lost });
-      if (!this.guesting) this._wear_champion();
+      Object.assign(this.champion, { stride, lost });
+      if (!this.guesting) this._wearChampion();
     }
     if (fingerprint) this.print.textContent = `Fingerprint after ${number} generations: ${fingerprint}`;
     if (number === this.data.generations) this.run(false);
     this.pending ??= requestAnimationFrame(() => this._report());
   }
 
-  _wear_champion() {
+  _wearChampion() {
     this.stride = this.champion.stride;
     this._wear(this.champion.lost);
   }
@@ -303,8 +312,9 @@ class Playground {
     this.pending = null;
     const { points } = this;
     const [best, mean] = points.at(-1);
-    if (!this.guesting)
-      this.caption.textContent = `Generation ${points.length}: the champion walks ${numeral(this.champion.terms.forward, 3)} m in 10 s`;
+    const far = numeral(this.champion.terms.forward, 3);
+    const now = `Generation ${points.length}: the champion walks ${far} m in 10 s`;
+    if (!this.guesting) this.caption.textContent = now;
     this.readout.replaceChildren(
       element("span", { class: "best" }, `best ${numeral(best, 3)}`),
       element("span", {}, `generation ${points.length}`),
@@ -323,8 +333,8 @@ class Playground {
     this.marks.replaceChildren(
       drawing("line", { x1: 0, x2: WIDE, y1: y(0), y2: y(0) }),
       ...this.changes.map((at) => drawing("line", { x1: x(at - 1), x2: x(at - 1), y1: 0, y2: HIGH })));
-    const label = `Score by generation: best ${numeral(best, 3)} m, mean ${numeral(mean, 3)} m in generation ${points.length}`;
-    this.curve.setAttribute("aria-label", label);
+    const scores = `best ${numeral(best, 3)} m, mean ${numeral(mean, 3)} m`;
+    this.curve.setAttribute("aria-label", `Score: ${scores} in generation ${points.length}`);
   }
 
   async _code({ code }) {
@@ -360,13 +370,14 @@ class Playground {
     this.guesting = false;
     this.back.hidden = true;
     this.answer.textContent = "";
-    if (this.champion) this._wear_champion();
+    if (this.champion) this._wearChampion();
   }
 
   /** Write the command of the same run, if it can be repeated in one go. */
   _commanded() {
     const { settings, data } = this;
-    const sets = [`evolution.population=${data.population}`, `evolution.generations=${data.compared}`, `search.start=${settings.start}`];
+    const size = [`population=${data.population}`, `generations=${data.compared}`];
+    const sets = [...size.map((one) => `evolution.${one}`), `search.start=${settings.start}`];
     if (settings.lost) sets.push(`'organism.damage=["${settings.lost} lost"]'`);
     for (const [name, weight] of Object.entries(settings.weights))
       if (weight !== data.weights[name]) sets.push(`fitness.${name}=${weight}`);
