@@ -1,9 +1,9 @@
 """The spider's kernels as WebAssembly, from the code that Numba compiles for this computer.
 
-`python -m gaitsim_page.kernels` builds `assets/spider.wasm` after a change of the kernels; users do
-not need to build anything. Numba's intermediate code, before any optimisation, is compiled for
-another target. WebAssembly defines the result of each operation, and has none that fuses a product
-and a sum, so the module gives the bits of the kernels here.
+`python -m gaitsim_page.kernels` builds `assets/spider.wasm` after a change of the kernels. Numba's
+intermediate code, before any optimisation, is compiled for another target. WebAssembly defines the
+result of each operation, and has none that fuses a product and a sum, so the module gives the bits
+of the kernels here.
 """
 
 import os
@@ -158,9 +158,7 @@ def _intermediate(layout: str, triple: str) -> Iterator[tuple[str, str]]:
             return "@" + short.setdefault(match[1] or match[2], f"{name}_{len(short)}")
 
         text = str(found.library._final_module)
-        text = re.sub(
-            r'@(?:"([^"]*)"|((?:_ZN|cfunc\._ZN|numba\.|\.const)[\w.$]*))', shortened, text
-        )
+        text = re.sub(_NAME, shortened, text)
         text = re.sub("target datalayout.*", f'target datalayout = "{layout}"', text)
         text = re.sub("target triple.*", f'target triple = "{triple}"', text)
         text = re.sub(r"@sqrtf\(", "@llvm.sqrt.f32(", re.sub(r"@sqrt\(", "@llvm.sqrt.f64(", text))

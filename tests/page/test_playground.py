@@ -72,7 +72,8 @@ def test_a_seed_gives_the_bits_of_python_and_a_code_to_verify(script, tmp_path, 
         zip(runs, call(script, EVOLVE, {"runs": runs}), strict=True)
     ):
         here = python_run(tmp_path / str(number), *run)
-        assert found["fingerprint"] == here.fingerprint()
+        rebuild = "if a kernel of the spider has changed: python -m gaitsim_page.kernels"
+        assert found["fingerprint"] == here.fingerprint(), rebuild
         challenge = Challenge.read(found["code"])
         assert challenge.score == found["score"]
         checked = verify_challenge(challenge)

@@ -1,6 +1,7 @@
 """Scripts and style sheets of pages, in the order in which a page needs them.
 
-`npm run build` in `viewer_build/` builds `three.min.js`; users do not need to build anything.
+`npm run build` in `viewer_build/` builds `three.min.js`, and `python -m gaitsim_page.kernels`
+builds `spider.wasm`; users do not need to build anything.
 """
 
 LIBRARY = "three.min.js"

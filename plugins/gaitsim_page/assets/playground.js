@@ -38,7 +38,8 @@ class Playground {
       zoom: (factor) => this.stage?.orbit.magnify(factor),
       theme: () => this.themes.toggle(),
       reset: () => this.stage?.view(this.stage.orbit.name),
-      ...{ speed() {}, faster() {}, step() {}, help() {} },
+      faster: (steps) => this.faster(steps),
+      ...{ speed() {}, step() {}, help() {} },
     };
     root.replaceChildren(this._page(), this.announcer.root);
     this._open();
@@ -245,6 +246,7 @@ class Playground {
 
   _ready() {
     this.begin();
+    this.caption.textContent = "Paused";
     this.run(!this.still);
   }
 
@@ -281,6 +283,14 @@ class Playground {
     this.running = running;
     this.runner.textContent = running ? "Pause" : "Continue";
     this.announcer.say(running ? "learning" : `paused. ${this.curve.getAttribute("aria-label")}`);
+    this._pace();
+  }
+
+  /** Choose another number of generations a second. @param {number} steps */
+  faster(steps) {
+    const next = gaitsim.clamp(this.pace.selectedIndex + steps, 0, PACES.length - 1);
+    this.pace.selectedIndex = next;
+    this.announcer.say(`generations: ${PACES[next][0]}`);
     this._pace();
   }
 
