@@ -20,6 +20,7 @@ class Action(BaseModel):
 
     Attributes:
         title: name in menus; '' for actions that no menu offers.
+        terminal: whether it needs the terminal, and cannot run in the background.
         not_in_forms: options that forms do not show.
         plugins: kind of plugins whose options the command has, too; '' for none.
     """
@@ -28,6 +29,7 @@ class Action(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     title: ClassVar[str] = ""
+    terminal: ClassVar[bool] = False
     not_in_forms: ClassVar[tuple[str, ...]] = ("out", "json_lines")
     plugins: ClassVar[str] = ""
 
@@ -187,13 +189,26 @@ class OneIndividual(ChosenIndividual):
     engine: str | None = option(
         None, "physics engine for the robot, such as 'bullet'", placeholder="NAME"
     )
+    gait: Path | None = option(
+        None,
+        "play the joint angles in this file (.npz, .csv or .mat), such as the recording of a real "
+        "robot, instead of the run's own gait",
+        placeholder="FILE",
+    )
 
     def changed(self, individual: "Individual") -> "Individual":
-        """Return an individual with the chosen damage, world and engine.
+        """Return an individual with the chosen gait, damage, world and engine.
 
         Raises:
             GaitsimError: the body does not support the change, or a condition has no value.
         """
+        if self.gait is not None:
+            from gaitsim.gait.gait_files import play_gait, read_gait
+
+            for name in ("generation", "member", "generations"):
+                if getattr(self, name, None):
+                    raise not_combinable(f"--{name}", "--gait")
+            individual = play_gait(read_gait(self.gait), individual.experiment)
         if not (self.damage or self.world or self.engine):
             return individual
         from gaitsim.evaluation.worlds import parse_world

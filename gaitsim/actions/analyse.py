@@ -10,7 +10,6 @@ from gaitsim.actions.action import (
     WORLD_SEED,
     OneIndividual,
     argument,
-    not_combinable,
 )
 from gaitsim.contracts.plugin import option
 
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
     from gaitsim.gait import GaitAnalysis
     from gaitsim.gait.unseen import UnseenResults
     from gaitsim.individual import Individual
-    from gaitsim.storage.snapshot import RunSnapshot
 
 
 class Analyse(OneIndividual):
@@ -53,12 +51,6 @@ class Analyse(OneIndividual):
         "physics engine for the robot, such as 'bullet'; with --physics, for the body's version in "
         "rigid-body physics",
         placeholder="NAME",
-    )
-    gait: Path | None = option(
-        None,
-        "analyse the joint angles in this file (.npz, .csv or .mat) instead of the run's own gait; "
-        "the run's body plays them",
-        placeholder="FILE",
     )
     perturb: bool = option(
         False,
@@ -122,7 +114,7 @@ class Analyse(OneIndividual):
                 check_target(self.figure)
             check_worlds(self.worlds, self.world_seed)
             opened = RunSnapshot.find(self.run)
-            individual = self._individual(opened)
+            individual = self.changed(opened.individual(self.choice))
             history = opened.history
             found = analyse_individual(individual)
         unseen = None
@@ -169,17 +161,6 @@ class Analyse(OneIndividual):
             print_section(section)
         if self.figure is not None:
             echo(f"\n{self.figure}")
-
-    def _individual(self, run: "RunSnapshot") -> "Individual":
-        """Return the individual, or the body that plays a gait file."""
-        from gaitsim.gait.gait_files import play_gait, read_gait
-
-        if self.gait is None:
-            return self.changed(run.individual(self.choice))
-        if self.choice is not None:
-            option = "--generation" if self.member is None else "--member"
-            raise not_combinable(option, "--gait")
-        return self.changed(play_gait(read_gait(self.gait), run.experiment))
 
     def changed(self, individual: "Individual") -> "Individual":
         """Return an individual with the chosen damage and world; the engine is only compared."""

@@ -122,6 +122,9 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("steer", "D", "Steer", "Steer the body of the champion yourself with the keyboard",
                words="drive fly control arrow keys robot", why="Select a run with a champion.",
                where="At home, on a live run or in a replay, for a body that can be steered:"),
+        Hidden("drive", "W", "Real robot", "Drive your real robot with this gait, or calibrate it",
+               words="drive real hardware servo wire calibrate port", why="Select a run with a "
+               "champion.", where="At home, on a live run or in a replay, for a robot:"),
         Hidden("verify", "v", "Verify", "Repeat the run, study or trials and compare every bit",
                words="reproduce check identical bits checksum",
                why="Nothing that is finished is selected.",

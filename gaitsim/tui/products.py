@@ -3,8 +3,10 @@
 The forms come from the same declarations as the commands.
 """
 
+import json
 import shlex
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -21,13 +23,21 @@ from gaitsim.actions.plot import MakePlot
 from gaitsim.actions.products import ALL, SWITCHES, fields, fields_of_all
 from gaitsim.actions.video import MakeVideo
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import load_class, options
-from gaitsim.registry.loading import call_product, products
+from gaitsim.opening import read_regular
+from gaitsim.registry import COMMANDS, entries, find, load_class, options
+from gaitsim.registry.loading import call_product, load_object, products
 from gaitsim.registry.options import declared, flag, read_options, validated, value_type
+from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import EXPORTS
+from gaitsim.storage.views import user_folder
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
+
+ROBOT = "drive", "robots.calibrate"
+"""Commands for a real robot, if they are installed."""
+WIRE = "port", "calibration", "bus", "baud", "imu"
+"""Options of a real robot."""
 
 
 @dataclass(frozen=True)
@@ -104,7 +114,8 @@ class CommandForm:
     def _arguments(
         self, run: Path | None, known: Mapping[str, FieldInfo], typed: Mapping[str, str]
     ) -> tuple[str, ...]:
-        verb, *more = self.command
+        # The words of an action precede the run; the kind of a plot or an export follows it.
+        words = 1 if self.action is None else len(self.command)
         subjects, flags = [str(run)] * (run is not None), list[str]()
         for name, text in typed.items():
             field = known[name]
@@ -123,7 +134,7 @@ class CommandForm:
                 flags += [word, str(run / EXPORTS / text)]
             else:
                 flags += [word, text]
-        return (verb, *subjects, *more, *flags)
+        return (*self.command[:words], *subjects, *self.command[words:], *flags)
 
     def check(self, individual: "Individual") -> None:
         """Check that the product can be made from an individual and its run.
@@ -172,7 +183,43 @@ def forms() -> dict[str, tuple[CommandForm, ...]]:
         "differences": Differences,
     }
     groups["More"] = [CommandForm(one.title, (verb,), one) for verb, one in actions.items()]
+    for name in ROBOT:
+        if name in entries(COMMANDS):
+            action = load_object(find(COMMANDS, name))
+            form = CommandForm(action.title, tuple(name.split(".")), action)
+            groups.setdefault("Robot", []).append(form)
     return {group: tuple(found) for group, found in groups.items()}
+
+
+def _robot_path() -> Path:
+    return user_folder("XDG_STATE_HOME", ".local/state") / "robot.json"
+
+
+def remembered_robot() -> dict[str, str]:
+    """Return the options of the last real robot; {} if there was none."""
+    try:
+        found = json.loads(read_regular(_robot_path(), 10_000, follow=True))
+        return {name: str(found[name]) for name in WIRE if name in found}
+    except (OSError, ValueError, TypeError, RecursionError):
+        return {}
+
+
+def remember_robot(texts: Mapping[str, str]) -> None:
+    """Remember the options of a real robot for the next time."""
+    found = {name: texts[name] for name in WIRE if name in texts}
+    with suppress(OSError, GaitsimError):
+        _robot_path().parent.mkdir(parents=True, exist_ok=True)
+        write_bytes(_robot_path(), json.dumps(found).encode())
+
+
+def takes_terminal(arguments: Sequence[str]) -> bool:
+    """Return whether a command of a form needs the terminal."""
+    return any(
+        form.action is not None
+        and form.action.terminal
+        and tuple(arguments[: len(form.command)]) == form.command
+        for form in all_forms()
+    )
 
 
 def all_forms() -> tuple[CommandForm, ...]:

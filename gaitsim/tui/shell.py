@@ -1,6 +1,9 @@
 """The app without its screens: what all screens share, and the keys of vi."""
 
 import asyncio
+import shlex
+import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -12,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from rich.text import Text
 from rich.theme import Theme
 from textual import work
+from textual.app import SuspendNotSupported
 from textual.binding import Keymap
 from textual.containers import ScrollableContainer
 from textual.dom import DOMNode
@@ -297,6 +301,25 @@ class Shell(ViKeys):
             title = "Running in the background; press t to see it"
             self.notify(clip(task.command, NOTIFIED), title=title, markup=False)
         return task
+
+    def run_in_terminal(self, arguments: Sequence[str]) -> None:
+        """Run a gaitsim command in the terminal, in its own process, and return afterwards."""
+        before = signal.signal(signal.SIGINT, lambda *_: None)  # Ctrl-C is for the command
+        try:
+            with self.suspend():
+                subprocess.run([sys.executable, "-m", "gaitsim", *arguments], check=False)
+                input("Press Enter to return to the terminal UI. ")
+        except SuspendNotSupported:
+            self.show_error(
+                GaitsimError(
+                    "this command needs a terminal, not a browser",
+                    remedy=f"run it in one: {shlex.join(['gaitsim', *arguments])}",
+                )
+            )
+        except EOFError:
+            pass
+        finally:
+            signal.signal(signal.SIGINT, before)
 
     def _task_changed(self, task: Task) -> None:
         """Notify the screens of a change, and the user of the end of a task that no list shows."""

@@ -2,11 +2,16 @@
 
 from contextlib import closing
 from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 from gaitsim.actions.action import Action, argument
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError
+from gaitsim_wire.commands import Drive
 from gaitsim_wire.wire import BAUD, BUS, Bus, default_baud
+
+if TYPE_CHECKING:
+    from gaitsim.individual import Individual
 
 
 class Calibrate(Action):
@@ -29,6 +34,9 @@ class Calibrate(Action):
     gaitsim robots calibrate my_robot.urdf --bus dynamixel --port /dev/ttyUSB0
     """
 
+    title: ClassVar[str] = "Calibrate the robot"
+    terminal: ClassVar[bool] = True
+
     model: str = argument(
         "name of a preset with a robot, path of a TOML file or a robot file such as URDF, or "
         "folder of a run",
@@ -45,6 +53,11 @@ class Calibrate(Action):
     baud: int | None = BAUD
     joint: str | None = option(None, "begin with this joint, again if it is done")
     again: bool = option(False, "calibrate the joints in the file again")
+
+    @classmethod
+    def check(cls, individual: "Individual") -> None:
+        """Check that the individual is a gait of a robot in MuJoCo."""
+        Drive.check(individual)
 
     def do(self) -> None:
         """Check the servos, and open the screen."""

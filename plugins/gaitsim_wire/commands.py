@@ -3,7 +3,7 @@
 import math
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 from gaitsim.actions.action import RUN_OR_CODE, SET, Action, ChosenIndividual, argument
 from gaitsim.contracts.plugin import option
@@ -140,6 +140,9 @@ class Drive(ChosenIndividual, WireOptions):
     gaitsim drive hexapod-steady --port robot.port --calibration robot.toml --imu
     """
 
+    title: ClassVar[str] = "Drive the robot"
+    terminal: ClassVar[bool] = True
+
     run: str = argument(RUN_OR_CODE, "RUN|CODE")
     tape: bool = option(
         False, "play the joint angles of the simulation, instead of following commands"
@@ -161,6 +164,13 @@ class Drive(ChosenIndividual, WireOptions):
         unset="robot-N.npz in the exports of the run",
         placeholder="FILE.npz",
     )
+
+    @classmethod
+    def check(cls, individual: "Individual") -> None:
+        """Check that the individual is a gait of a robot in MuJoCo."""
+        from gaitsim_wire.robots import robot_of
+
+        robot_of(individual.experiment)
 
     def do(self) -> None:
         """Check the robot, drive it, and save the telemetry."""

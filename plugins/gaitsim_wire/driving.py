@@ -198,9 +198,10 @@ class Recording:
         self._rows.append(values)
 
     def write(self, path: Path, names: tuple[str, ...]) -> None:
-        """Write a gait file of the measured angles, with the other columns as further arrays.
+        """Write a gait file of the measured angles, with all columns as further arrays.
 
-        Servos that do not report their angles have the commanded ones.
+        Servos that do not report their angles have the commanded ones. The gait begins when the
+        robot stands, as in simulation, and ends before it lies down, if it has stood at all.
         """
         columns = zip(*self._rows, strict=True)
         found: dict[str, Any] = {
@@ -208,6 +209,8 @@ class Recording:
         }
         measured, commanded = found["measured"], found["commanded"]
         angles = np.where(np.isfinite(measured), measured, commanded)
+        if found["driving"].sum() > 1:
+            angles = angles[found["driving"]]
         file = io.BytesIO()
         np.savez_compressed(
             file, joint_angles=angles, frame_rate=RATE, joint_names=np.array(names), **found

@@ -83,6 +83,16 @@ def test_the_output_fits_80_columns(gaitsim, spider, monkeypatch):
         assert max(map(len, lines)) <= 80
 
 
+def test_a_gait_file_is_played_plotted_and_refused_with_a_generation(gaitsim, spider):
+    file = ("--gait", GAITS / "wave.npz")
+    assert "wave.npz" in gaitsim("play", "spider", *file, "--at", 1).stdout
+    drawn = gaitsim("plot", "spider", "--kind", "footfall", *file, "--out", "wave.svg").stdout
+    assert "wave.svg" in drawn
+    assert "wave.npz" in Path("wave.svg").read_text()
+    said = gaitsim("play", "spider", *file, "--generation", 1, code=2).stderr
+    assert "--generation and --gait cannot be combined" in said
+
+
 def test_the_diagram_shows_the_contacts_of_the_feet(gaitsim, spider):
     shown = gaitsim("analyse", "spider", "--gait", GAITS / "alternating-tetrapod.npz").stdout
     assert (

@@ -5,6 +5,7 @@ import json
 import os
 import shlex
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -227,6 +228,10 @@ class TestExports:
             ("Imitation network", {"video": "true"}, "imitate 'runs/a b' --video"),
             ("Imitation network", {"run": "best gait.mat", "epochs": "9"},
              "imitate 'best gait.mat' --epochs 9"),
+            ("Drive the robot", {"port": "p 1", "calibration": "robot.toml", "imu": "true"},
+             "drive 'runs/a b' --port 'p 1' --calibration robot.toml --imu"),
+            ("Calibrate the robot", {"port": "p", "joint": "L1 knee"},
+             "robots calibrate 'runs/a b' --port p --joint 'L1 knee'"),
             ("Run differences", {"runs": "c 'runs/d e'", "by": "seconds"},
              "differences 'runs/a b' c 'runs/d e' --by seconds"),
         ):  # fmt: skip
@@ -252,6 +257,9 @@ class TestExports:
             monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
             monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
         found = unavailable_products(run)
+        robots = {form.title for form in found if form.action and form.action.terminal}
+        assert robots == {"Drive the robot", "Calibrate the robot"}
+        found = {form: error for form, error in found.items() if form.title not in robots}
         for product in found:
             arguments = product.read(run, {})[0]
             assert found[product].what in gaitsim(*arguments, code=2).stderr
@@ -301,6 +309,37 @@ class TestExports:
             await driver.press("c")
             assert driver.screen.query_one("#tasks").row_count == 0
             assert not driver.offered() & {"tasks.clear", "tasks.again", "files.open"}
+
+    async def test_a_real_robot_takes_the_terminal_and_is_remembered(
+        self, walk, drive, monkeypatch
+    ):
+        path, started = walk(), []
+        monkeypatch.setattr(
+            "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run: {}
+        )
+        monkeypatch.setattr("subprocess.run", lambda words, check: started.append(words[3:]))
+        monkeypatch.setattr("builtins.input", lambda text: "")
+        line = f"gaitsim drive {path} --port port --calibration r.toml"
+        async with drive() as driver:
+
+            async def start(*typed):
+                await driver.press("W")
+                dialog = await driver.at("ExportDialog")
+                await driver.until(lambda: dialog.query(Field))
+                assert dialog.query_one("#products").option_count == 3
+                for text in typed:
+                    await driver.press("tab")
+                    await driver.type(text)
+                await driver.until(lambda: line in driver.text("#export-command"))
+                await driver.press("enter")
+                await driver.at("Home")
+
+            await start("port", "r.toml")
+            await driver.until(lambda: "needs a terminal, not a brow" in driver.notifications())
+            monkeypatch.setattr(driver.app, "suspend", nullcontext)
+            await start("", "")
+            await driver.until(lambda: started)
+        assert [shlex.join(words) for words in started] == [line.removeprefix("gaitsim ")]
 
     async def test_a_page_is_opened_once_it_is_written(self, here, drive, monkeypatch):
         monkeypatch.setattr("gaitsim.tui.opener.opener", lambda: ())

@@ -217,14 +217,26 @@ class GaitScreen(Screen[None]):
         if self.choice is not None:
             self.ask_export(self.choice)
 
+    def action_drive(self) -> None:
+        """Drive a real robot with the gait of the individual, or calibrate it."""
+        if self.choice is not None:
+            self.ask_export(self.choice, robot=True)
+
     @work(group="ask")
-    async def ask_export(self, choice: RunChoice) -> None:
-        """Ask what to export from a run, for the individual, with other runs to compare."""
+    async def ask_export(self, choice: RunChoice, *, robot: bool = False) -> None:
+        """Ask what to export from a run, for the individual, with other runs to compare.
+
+        With `robot`, ask for a command for a real robot instead.
+        """
+        from gaitsim.tui.products import takes_terminal
+
         run, which, damage, others = choice
-        dialog = _screen("export_dialog.ExportDialog", run, which, others, damage)
+        dialog = _screen("export_dialog.ExportDialog", run, which, others, damage, robot=robot)
         answer = await self.app.push_screen_wait(dialog)
         if answer == "files":
             self.show_screen("tasks.Files", run)
+        elif answer and takes_terminal(answer):
+            self.gaitsim.run_in_terminal(answer)
         elif answer:
             self.gaitsim.start_task(answer)
 
@@ -287,7 +299,7 @@ class GaitScreen(Screen[None]):
             return len(self.app.screen_stack) > 1
         if action == "verify":
             return self.is_mounted and self.to_verify is not None
-        if action == "steer" and not (self.is_mounted and self.choice is not None):
+        if action in ("steer", "drive") and not (self.is_mounted and self.choice is not None):
             return False
         if self.is_mounted and self.obstacle(action):
             return False

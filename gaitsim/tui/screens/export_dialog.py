@@ -28,6 +28,9 @@ from gaitsim.tui.products import (
     all_forms,
     default,
     forms,
+    remember_robot,
+    remembered_robot,
+    takes_terminal,
     unavailable_products,
 )
 from gaitsim.tui.screens.base import Dialog, PaletteCommand
@@ -46,6 +49,7 @@ class ExportDialog(Dialog[Answer]):
         which: individual to export; None for the champion.
         others: folders of runs to compare with.
         damage: damage of the body, in the syntax of `--damage`.
+        robot: whether to offer the commands for a real robot instead.
     """
 
     BINDINGS = bindings("export")
@@ -56,10 +60,14 @@ class ExportDialog(Dialog[Answer]):
         which: Which = None,
         others: Sequence[Path] = (),
         damage: Sequence[str] = (),
+        *,
+        robot: bool = False,
     ) -> None:
         super().__init__()
-        self._run = run
-        self._texts: dict[str, str] = {}  # typed texts by option, shared by all products
+        self._run, self._robot = run, robot
+        self._forms = {name: one for name, one in forms().items() if (name == "Robot") == robot}
+        # Typed texts by option, shared by all products.
+        self._texts: dict[str, str] = remembered_robot() if robot else {}
         if isinstance(which, Member):
             self._texts["member"] = str(which.number)
         elif which is not None:
@@ -70,17 +78,21 @@ class ExportDialog(Dialog[Answer]):
             self._texts["runs"] = shlex.join(map(str, others))
         self._building = asyncio.Lock()
         self._lacking: Mapping[CommandForm, GaitsimError] = {}
+        self._built: tuple[CommandForm, GaitsimError | None] | None = None  # what the form shows
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
-            box.border_title = Content(f"Export {visible(str(self._run))}")
-            box.border_subtitle = "enter: export · tab: options · f: exported files · esc: cancel"
+            verb = "Start" if self._robot else "Export"
+            title = f"Robot of {self._run}" if self._robot else f"Export {self._run}"
+            box.border_title = Content(visible(title))
+            files = "exported files · esc: cancel"
+            box.border_subtitle = f"enter: {verb.lower()} · tab: options · f: {files}"
             with Horizontal(id="export-body"):
                 yield ChoiceList(id="products")
                 yield VerticalScroll(id="export-form", can_focus=False)
             yield Static(id="export-command", classes="command")
             with Horizontal(classes="dialog-buttons"):
-                yield Button("Export", variant="primary", compact=True, id="make")
+                yield Button(verb, variant="primary", compact=True, id="make")
                 yield Button("Show files", compact=True, id="show-files")
                 yield Button("Cancel", compact=True, id="cancel")
 
@@ -102,7 +114,7 @@ class ExportDialog(Dialog[Answer]):
         menu = self.query_one("#products", OptionList)
         at = menu.highlighted
         rows = []
-        for group, found in forms().items():
+        for group, found in self._forms.items():
             heading = f"bold {INKS['secondary']}"
             rows.append(Row(Text(group, heading), disabled=True))
             for product in found:
@@ -120,7 +132,7 @@ class ExportDialog(Dialog[Answer]):
         """Yield a command for each product that the run supports."""
         menu = self.query_one("#products", OptionList)
         for place, product in enumerate(all_forms()):
-            if product not in self._lacking:
+            if product not in self._lacking and product in sum(self._forms.values(), ()):
                 choose = partial(setattr, menu, "highlighted", menu.get_option_index(str(place)))
                 about = f"Show the options of 'gaitsim {shlex.join(product.command)}'"
                 yield PaletteCommand(product.title, about, choose)
@@ -129,7 +141,8 @@ class ExportDialog(Dialog[Answer]):
     @property
     def _product(self) -> CommandForm:
         row = self.query_one("#products", OptionList).highlighted_option
-        return all_forms()[int(row.id) if row and row.id else 0]
+        first = next(iter(self._forms.values()))[0]
+        return all_forms()[int(row.id)] if row and row.id else first
 
     @on(OptionList.OptionHighlighted, "#products")
     @work(group="form")
@@ -137,7 +150,10 @@ class ExportDialog(Dialog[Answer]):
         """Show the options of the highlighted product, or why it is not available."""
         product = self._product
         async with self._building:  # one at a time: a half-built form cannot be removed
-            if product is self._product and self.is_attached:
+            wanted = product, self._lacking.get(product)
+            # What was typed before the check ended stays, and keeps the focus.
+            if product is self._product and self.is_attached and wanted != self._built:
+                self._built = wanted
                 await self._build(product)
                 self._show_command()
 
@@ -201,6 +217,8 @@ class ExportDialog(Dialog[Answer]):
         async with self._building:  # until the form shows the highlighted product
             arguments = self._arguments(asked=True)
         if arguments:
+            if takes_terminal(arguments):
+                remember_robot(self._texts)
             self.dismiss(arguments)
             return
         self.app.bell()

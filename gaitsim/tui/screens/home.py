@@ -39,7 +39,7 @@ BESIDE, BELOW = (150, 20), (110, 30)  # minimum columns and rows with a preview
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "tag", "files", "replay", "map", "why", "compare", "export",
-    "filter", "laboratory", "steer", "back", "undo",
+    "filter", "laboratory", "steer", "drive", "back", "undo",
 )  # fmt: skip
 
 
@@ -538,7 +538,7 @@ other terminals.
         run, chosen = self.current(), self.chosen()
         needs_run = (
             *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
-            *("map", "note", "rename", "files", "steer"),
+            *("map", "note", "rename", "files", "steer", "drive"),
         )
         if action in (*needs_run, "delete", "stop", "tag") and not chosen:
             return "There is no run here; press n to create one."
@@ -553,7 +553,7 @@ other terminals.
                 return "The run does not wait in the queue of background runs."
             case "rename" if run is not None and run.evolves:
                 return "The run is evolving; press x to stop it first."
-            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" if run:
+            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" | "drive" if run:
                 if run.problem is not None:
                     return "The run cannot be read; see the reason below the list."
                 if run.generation == 0:
