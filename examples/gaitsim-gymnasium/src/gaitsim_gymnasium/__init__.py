@@ -55,10 +55,10 @@ class Environment(Organism):
         le=100_000,
     )
     stiffness: float = option(
-        10.0, "gain of the oscillators' position error, in actions per radian", ge=0, le=1e4
+        1.0, "gain of the oscillators' position error, in actions per radian", ge=0, le=1e4
     )
     damping: float = option(
-        0.5, "gain of the joints' speed against the oscillators", unit="s/rad", ge=0, le=1e4
+        0.05, "gain of the joints' speed against the oscillators", unit="s/rad", ge=0, le=1e4
     )
     mean: tuple[float, ...] = option(
         (), "mean of each observation; by default, it is measured with random actions"
