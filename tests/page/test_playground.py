@@ -1,10 +1,12 @@
 """The page that evolves a spider: the same bits as in Python, codes both ways, and its controls."""
 
+import hashlib
 import re
 from dataclasses import replace
 
 import pytest
 from javascript import CHROMIUM, call
+from run_helpers import evolve_run
 
 import gaitsim as gs
 from gaitsim.sharing.challenge import Challenge, verify_challenge
@@ -19,7 +21,10 @@ return data.runs.map(([seed, start, lost, weights, generations]) => {
   const { number, scores, best, genomes } = evolver;
   const gait = { generation: number, score: scores[best], genome: genomes[best] };
   const code = codeOf({ ...gait, text: experimentOf(settings) });
-  return { fingerprint: evolver.fingerprint(), score: gait.score, code };
+  const found = { fingerprint: evolver.fingerprint(), score: gait.score, code };
+  evolver.change({ ...settings, lost: "R3", weights: { ...settings.weights, yaw_weight: 1 } });
+  for (let n = 0; n < 3; n++) evolver.next();
+  return { ...found, later: hexOf(sha256(joined(evolver.genomes))) };
 });
 """
 PLAY = """
@@ -80,6 +85,10 @@ def test_a_seed_gives_the_bits_of_python_and_a_code_to_verify(script, tmp_path, 
         assert checked.identical
         assert checked.version_differences == ()
         assert len(found["code"]) < 700
+        more = f"evolution.generations={run[-1] + 3}"
+        changes = "organism.damage=['R3 lost']", "fitness.yaw_weight=1"
+        later = evolve_run(here.path, None, more, *changes).finished.genomes
+        assert found["later"] == hashlib.sha256(later.tobytes()).hexdigest()
 
 
 def test_codes_are_played_and_foreign_hostile_and_damaged_ones_refused(script, tmp_path):
@@ -145,13 +154,12 @@ def test_visitors_evolve_a_spider_change_the_rules_and_carry_codes(tmp_path):
         fingerprint.wait_for()
         here = python_run(tmp_path / "run", 2, "random", "", {}, 100)
         assert here.fingerprint() in fingerprint.inner_text()
-        assert "--seed 2" in opened.get_by_label("Command of the same run").input_value()
+        assert "--seed 2" in opened.get_by_label("Commands of the same run").input_value()
         opened.get_by_role("button", name="Pause").tap()
         opened.get_by_label("Missing leg").select_option("L2")
         opened.get_by_text("What the score punishes").click()
         opened.get_by_label("slip weight").press("ArrowRight")
         assert opened.get_by_label("slip weight").get_attribute("aria-valuetext") == "0.55"
-        assert "rules changed" in opened.get_by_label("Command of the same run").input_value()
         opened.get_by_role("button", name="Copy its code").tap()
         opened.get_by_label("Code of the champion").wait_for()
         code = opened.get_by_label("Code of the champion").input_value()
@@ -159,6 +167,9 @@ def test_visitors_evolve_a_spider_change_the_rules_and_carry_codes(tmp_path):
         assert verify_challenge(challenge).identical
         assert challenge.experiment.organism.damage == ("L2 lost",)
         assert challenge.experiment.fitness.slip_weight == 0.55
+        commands = opened.get_by_label("Commands of the same run").input_value()
+        assert "gaitsim resume learned" in commands
+        assert "'organism.damage=[\"L2 lost\"]' --set fitness.slip_weight=0.55" in commands
         place = opened.get_by_label("Code of a gait")
         for text, answer in (
             ("<img src=x onerror=alert(1)>", "not the code"),
@@ -172,7 +183,8 @@ def test_visitors_evolve_a_spider_change_the_rules_and_carry_codes(tmp_path):
         width = opened.evaluate("document.documentElement.scrollWidth")
         assert width <= 390
         opened.get_by_role("button", name="Learn again").tap()
-        assert "--seed 3" in opened.get_by_label("Command of the same run").input_value()
+        commands = opened.get_by_label("Commands of the same run")
+        playwright.expect(commands).to_have_value(re.compile("--seed 3"))
         # Without WebAssembly, and without workers.
         for missing in (b" 'wasm-unsafe-eval'", b"worker-src blob:"):
             less = (tmp_path / "page.html").read_bytes().replace(missing, b"")

@@ -287,7 +287,7 @@ class Evolver {
     this.settings = settings;
     this.kernels.prepare(settings);
     this.evaluate();
-    this.history = null; // the run can no longer be repeated in one go
+    this.history = null; // the fingerprint is that of a run with the same settings from the beginning
   }
 
   evaluate() {

@@ -82,7 +82,7 @@ class Evolution {
     if (!this.evolver.number) return this.start({ settings, run: this.number });
     this.evolver.change(settings);
     this.shown = -Infinity;
-    this._report();
+    this._report(true);
   }
 
   run({ pace }) {
@@ -114,7 +114,8 @@ class Evolution {
     return this.evolver.number >= DATA.generations;
   }
 
-  _report() {
+  /** @param {boolean} changed whether other settings hold from here */
+  _report(changed = false) {
     const { evolver, kernels } = this;
     const { number, scores, best, mean, settings } = evolver;
     const terms = Object.fromEntries(TERMS.map((name, i) => [name, evolver.terms[best][i]]));
@@ -124,6 +125,7 @@ class Evolution {
       kernels.score(evolver.genomes[best]);
       Object.assign(message, { stride: strideOf(kernels), lost: settings.lost });
     }
+    if (changed || number === 1) message.settings = settings;
     if (number === DATA.compared && evolver.history) message.fingerprint = evolver.fingerprint();
     postMessage(message);
   }

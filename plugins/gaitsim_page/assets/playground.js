@@ -18,6 +18,15 @@ const choice = (options, change) =>
 const area = (label, more) =>
   element("textarea", { rows: "3", spellcheck: "false", "aria-label": label, ...more });
 
+/** Return the options that differ from earlier settings. @returns {string[]} */
+function setsOf({ lost, weights }, before) {
+  const sets = Object.entries(weights)
+    .filter(([name, weight]) => weight !== before.weights[name])
+    .map(([name, weight]) => `fitness.${name}=${weight}`);
+  const damage = `'organism.damage=[${lost ? `"${lost} lost"` : ""}]'`;
+  return lost === (before.lost ?? "") ? sets : [damage, ...sets];
+}
+
 class Playground {
   /** @param {object} data data of the page @param {HTMLElement} root */
   constructor(data, root) {
@@ -136,11 +145,11 @@ class Playground {
   }
 
   _repeat() {
-    this.command = area("Command of the same run", { readonly: true });
+    this.command = area("Commands of the same run", { readonly: true });
     this.print = element("p", { class: "print" });
     return element(
       "details", { class: "code" }, element("summary", {}, "The same run on your computer"),
-      element("p", {}, "The same seed gives the same bits:"), this.command, this.print);
+      element("p", {}, "These commands give the same bits:"), this.command, this.print);
   }
 
   /** Build the stage; without WebGL, show a message in place of the picture. */
@@ -253,12 +262,11 @@ class Playground {
   /** Start a run with the current settings. */
   begin() {
     this.points = [];
-    this.changes = [];
+    this.stages = [];
     this.print.textContent = "";
     this._leave();
     this.runs += 1;
     this._send({ kind: "start", settings: this.settings, run: this.runs });
-    this._commanded();
   }
 
   again() {
@@ -273,8 +281,6 @@ class Playground {
     this.settings = { ...this.settings, ...changed };
     if (changed.start !== undefined) return this.again();
     this._send({ kind: "change", settings: this.settings });
-    this.changes.push(this.points.length);
-    this._commanded();
     this.announcer.say("rules changed");
   }
 
@@ -299,9 +305,10 @@ class Playground {
     this._send({ kind: "run", pace });
   }
 
-  _generation({ run, number, best, mean, terms, stride, lost, fingerprint }) {
+  _generation({ run, number, best, mean, terms, stride, lost, settings, fingerprint }) {
     if (run !== this.runs) return; // sent before the worker heard of the new run
     this.points[number - 1] = [best, mean];
+    if (settings) this._began(number, settings);
     this.champion = { ...this.champion, terms };
     if (stride) {
       Object.assign(this.champion, { stride, lost });
@@ -342,7 +349,8 @@ class Playground {
       line.setAttribute("points", points.map((point, at) => `${x(at)},${y(point[1 - i])}`).join(" ")));
     this.marks.replaceChildren(
       drawing("line", { x1: 0, x2: WIDE, y1: y(0), y2: y(0) }),
-      ...this.changes.map((at) => drawing("line", { x1: x(at - 1), x2: x(at - 1), y1: 0, y2: HIGH })));
+      ...this.stages.slice(1).map(({ after }) =>
+        drawing("line", { x1: x(after - 1), x2: x(after - 1), y1: 0, y2: HIGH })));
     const scores = `best ${numeral(best, 3)} m, mean ${numeral(mean, 3)} m`;
     this.curve.setAttribute("aria-label", `Score: ${scores} in generation ${points.length}`);
   }
@@ -383,18 +391,25 @@ class Playground {
     if (this.champion) this._wearChampion();
   }
 
-  /** Write the command of the same run, if it can be repeated in one go. */
-  _commanded() {
-    const { settings, data } = this;
-    const size = [`population=${data.population}`, `generations=${data.compared}`];
-    const sets = [...size.map((one) => `evolution.${one}`), `search.start=${settings.start}`];
-    if (settings.lost) sets.push(`'organism.damage=["${settings.lost} lost"]'`);
-    for (const [name, weight] of Object.entries(settings.weights))
-      if (weight !== data.weights[name]) sets.push(`fitness.${name}=${weight}`);
-    const line = [`gaitsim run ${data.preset} --seed ${settings.seed}`, ...sets.map((one) => `--set ${one}`)];
-    this.command.value = this.changes.length
-      ? "The rules changed during this run. 'Learn again' begins a run that can be repeated."
-      : `${line.join(" ")} --out learned\ngaitsim show learned --fingerprint`;
+  /**
+   * Write the commands of the same run.
+   * @param {number} number generation after which other settings hold; 1 at the beginning
+   * @param {object} settings
+   */
+  _began(number, settings) {
+    const { preset, population, compared } = this.data;
+    const after = this.stages.length ? number : 0;
+    this.stages = [...this.stages.filter((stage) => stage.after < after), { after, settings }];
+    const lines = this.stages.map((stage, i) => {
+      const last = this.stages[i + 1]?.after ?? stage.after + compared;
+      const sets = setsOf(stage.settings, this.stages[i - 1]?.settings ?? this.data);
+      if (i) return [`gaitsim resume learned --generations ${last}`, ...sets].join(" --set ");
+      const size = [`evolution.population=${population}`, `evolution.generations=${last}`];
+      const head = `gaitsim run ${preset} --seed ${settings.seed} --out learned`;
+      return [head, ...size, `search.start=${settings.start}`, ...sets].join(" --set ");
+    });
+    const check = this.stages.length > 1 ? "share" : "show --fingerprint";
+    this.command.value = [...lines, `gaitsim ${check} learned`].join("\n");
   }
 
   /** @param {object} theme */
