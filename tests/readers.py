@@ -84,6 +84,7 @@ from gaitsim_robot.importing.meshes import MeshError, decode
 from gaitsim_robot.loading import bundled_text
 from gaitsim_robot.organism import Robot
 from gaitsim_serve.server import ServedApp
+from gaitsim_wire.identification import read_recording
 
 FIXTURES = Path(__file__).parent / "fixtures"
 
@@ -393,6 +394,17 @@ def gait_file(format):
     return make
 
 
+def recording(folder):
+    frames, joints = 800, len(NAMES)
+    angles, turned, seconds = np.zeros((frames, joints)), np.zeros((frames, 3)), np.arange(frames)
+    columns = {"commanded": angles, "measured": angles, "load": angles}
+    columns |= {"orientation": turned, "rates": turned, "round_trip": np.full(frames, 0.004)}
+    columns |= {"seconds": seconds / 50, "joint_angles": angles, "joint_names": np.array(NAMES)}
+    path = folder / "robot.npz"
+    np.savez_compressed(path, frame_rate=50.0, **columns)
+    return path
+
+
 def imitator(folder):
     network = Network(
         (np.ones((4, 3)), np.ones((3, 4))), (np.ones(4), np.ones(3)), "leaky-relu", "linear"
@@ -428,6 +440,7 @@ GAITS = {
     "MATLAB 4": Reader(written("gait.mat", matlab("4")), read_gait, (BYTES, WORDED)),
     "gait.npz": Reader(gait_file("npz"), read_gait, NPZ),
     "gait.csv": Reader(gait_file("csv"), read_gait),
+    "recording": Reader(recording, lambda path: read_recording(path, NAMES), NPZ),
     "imitator": Reader(imitator, load_imitator, NPZ),
     "calibration for Arduino": calibration("arduino"),
     "calibration for Dynamixel": calibration("dynamixel"),

@@ -48,7 +48,7 @@ app = group(
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets: the experiments that packages provide.",
-        "robots": "Check, emulate and list robots, and adapt and evolve gaits on a real one.",
+        "robots": "Check, emulate, identify and list robots, and adapt and evolve gaits on them.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     {
@@ -108,6 +108,7 @@ app = group(
                 "time.",
                 "adapt": "Find a gait for a damaged robot in a few trials, which the robot plays.",
                 "evolve": "Improve a gait on the real robot: CMA-ES, whose gaits the robot plays.",
+                "identify": "Fit the simulation of a robot to recordings of 'gaitsim drive'.",
             },
             {"list": "robots:ListRobots", "check": "robots:CheckRobot"},
         ),

@@ -38,7 +38,9 @@ def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]
     return found
 
 
-def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulation:
+def apply_world(
+    simulation: Simulation, world: Mapping[str, float], horns: Floats | None = None
+) -> Simulation:
     """Return the simulation of a robot in a world.
 
     The frame of reference is fixed to the ground: a slope tilts gravity instead. Distances are
@@ -48,6 +50,8 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
         simulation: simulation of the robot in its nominal world, with a height field if the world
             is uneven.
         world: values of conditions by name, and optionally `seed`.
+        horns: constant error of each leg joint, to which the world's is added, (joints,) rad; None
+            for none.
     """
     import mujoco
 
@@ -76,9 +80,10 @@ def apply_world(simulation: Simulation, world: Mapping[str, float]) -> Simulatio
     anatomy = replace(simulation.anatomy, mass=mass * simulation.anatomy.mass)
     ground = None
     if any(world.get(name) for name in UNEVEN):
-        feet = np.linalg.norm(_lowest(model, anatomy.stance)[:, :2], axis=1).max()
+        feet = np.linalg.norm(lowest_points(model, anatomy.stance)[:, :2], axis=1).max()
         ground = raise_ground(model, world, float(feet))
     offset = draw_joint_errors(world, "joint_offset", len(simulation.ctrl))
+    offset += 0.0 if horns is None else horns
     rest, joints = simulation.rest.copy(), simulation.ctrl
     rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)
     start, stands, effort = settle(model, anatomy.stance, rest, simulation.belly, simulation.height)
@@ -113,13 +118,13 @@ def _with_initial_errors(simulation: Simulation, errors: Floats) -> Simulation:
     start = simulation.start.copy()
     qpos = start[1 : 1 + model.nq]  # a view
     limits = model.actuator_ctrlrange[simulation.ctrl].T
-    before = _lowest(model, qpos)[:, 2].min()
+    before = lowest_points(model, qpos)[:, 2].min()
     qpos[simulation.qpos] = np.clip(qpos[simulation.qpos] + errors, *limits)
-    qpos[2] += before - _lowest(model, qpos)[:, 2].min()
+    qpos[2] += before - lowest_points(model, qpos)[:, 2].min()
     return replace(simulation, start=start)
 
 
-def _lowest(model: Any, qpos: Floats) -> Floats:
+def lowest_points(model: Any, qpos: Floats) -> Floats:
     """Return the lowest point of each ball of a robot's surface, (points, 3) m."""
     surface = surfaces(model)
     points = surface.place(pose_data(model, qpos))

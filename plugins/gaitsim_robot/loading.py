@@ -134,7 +134,10 @@ _compilation = RLock()  # keeps threads from compiling the same world at the sam
 
 
 def load_simulation(
-    compiled: CompilationInput, world: tuple[tuple[str, float], ...], seconds: float
+    compiled: CompilationInput,
+    world: tuple[tuple[str, float], ...],
+    seconds: float,
+    horns: tuple[float, ...] = (),
 ) -> Simulation:
     """Return a robot in a world.
 
@@ -142,12 +145,13 @@ def load_simulation(
         compiled: input of the compilation.
         world: conditions, sorted by name.
         seconds: duration for which uneven ground is large enough, s.
+        horns: constant error of each leg joint, (joints,) rad; () for none.
     """
     lattice = lattice_for(dict(world), seconds)
     with _compilation:
-        if not world:
+        if not world and not horns:
             return _nominal_simulation(*compiled)
-        return _simulation_in_world(compiled, world, lattice)
+        return _simulation_in_world(compiled, world, lattice, horns)
 
 
 @lru_cache(maxsize=64)  # a report of adaptations alternates between many damaged robots
@@ -168,10 +172,13 @@ def _nominal_simulation(
 
 @lru_cache(maxsize=32)  # 0.3 MB for each bundled robot; a run uses fewer worlds
 def _simulation_in_world(
-    compiled: CompilationInput, world: tuple[tuple[str, float], ...], lattice: Lattice | None
+    compiled: CompilationInput,
+    world: tuple[tuple[str, float], ...],
+    lattice: Lattice | None,
+    horns: tuple[float, ...],
 ) -> Simulation:
     nominal = _nominal_simulation(*compiled, lattice) if lattice else _nominal_simulation(*compiled)
-    return apply_world(nominal, dict(world))
+    return apply_world(nominal, dict(world), np.array(horns) if horns else None)
 
 
 def servo_latency(servo: ServoOptions) -> float:

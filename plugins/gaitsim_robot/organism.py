@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -34,7 +35,7 @@ from gaitsim.contracts import (
     roots_of,
 )
 from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
-from gaitsim.errors import GaitsimError
+from gaitsim.errors import GaitsimError, unknown
 from gaitsim.legged import (
     DAMAGE_HELP,
     STRIDE_FREQUENCY,
@@ -279,6 +280,12 @@ class Robot(Organism):
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
+    horns: dict[str, Annotated[float, Field(ge=-45, le=45)]] = option(
+        {},
+        "constant errors of joints relative to their commands, by name, such as of servo horns; "
+        "'gaitsim robots identify' finds them",
+        unit="°",
+    )
     reflexes: dict[str, dict[str, Any]] = option(
         {},
         "reflexes that change the gait by the measurements of sensors, in this order",
@@ -337,6 +344,9 @@ class Robot(Organism):
         check_evolve(self.evolve, reflexes)
         check_drive(self.drive)
         check_world(self.world, self.conditions())
+        for name in self.horns:
+            if name not in self.anatomy.joints:
+                raise unknown("joint", name, self.anatomy.joints, key="horns")
         return self
 
     @property
@@ -364,13 +374,20 @@ class Robot(Organism):
     @property
     def simulation(self) -> Simulation:
         """The robot with its damage in its world; cached after the first compilation."""
-        return self._simulation(self._damage, self.world)
+        return self._simulation(self._damage, self.world, self.horns)
 
-    def _simulation(self, damage: tuple[Damage, ...], world: Mapping[str, float]) -> Simulation:
+    def _simulation(
+        self,
+        damage: tuple[Damage, ...],
+        world: Mapping[str, float],
+        horns: Mapping[str, float] = MappingProxyType({}),
+    ) -> Simulation:
+        errors = [math.radians(horns.get(name, 0.0)) for name in self.anatomy.joints]
         return load_simulation(
             (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
             tuple(sorted(world.items())),
             math.inf if self.drive else self.duration,  # the same ground for any length of a drive
+            tuple(errors) if any(errors) else (),
         )
 
     @property
@@ -524,9 +541,8 @@ class Robot(Organism):
 
     def calibrated(self, genome: Genomes) -> Self:
         """Return the robot with the `command_gains` of a gait, measured in its nominal world."""
-        plain = self.model_copy(
-            update={"drive": (), "reflexes": {}, "world": {}, "duration": CALIBRATION_TIME}
-        )
+        nominal: dict[str, Any] = {"drive": (), "reflexes": {}, "world": {}, "horns": {}}
+        plain = self.model_copy(update={**nominal, "duration": CALIBRATION_TIME})
         genes = genome[: self._encoding.genes]
         rhythm = self._encoding.rhythm(genes[None])
         tests = np.diag(rhythm.limits[0, :3] * [0.8, 0.5, 0.5])

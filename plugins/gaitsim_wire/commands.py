@@ -155,6 +155,10 @@ class Drive(ChosenIndividual, WireOptions):
         unset="1",
     )
     walk: bool = option(False, "walk at the gait's own speed, instead of waiting for keys")
+    excite: bool = option(
+        False,
+        "walk for a minute in all directions, within two metres, for 'gaitsim robots identify'",
+    )
     seconds: float | None = option(
         None, "lie down after this time", unit="s", ge=0.1, unset="the key q"
     )
@@ -183,7 +187,7 @@ class Drive(ChosenIndividual, WireOptions):
         from gaitsim_wire.terminal import say
 
         self.check_wire()
-        if not sys.stdin.isatty() and self.seconds is None:
+        if not sys.stdin.isatty() and self.seconds is None and not self.excite:
             raise GaitsimError(
                 "the keyboard is not a terminal, so nothing could stop the robot",
                 where="--seconds",
@@ -220,12 +224,13 @@ class Drive(ChosenIndividual, WireOptions):
         from gaitsim.console.printing import notice
         from gaitsim.gait.gait_files import gait_of
         from gaitsim_hardware.c_code import with_rhythm
-        from gaitsim_wire.driving import Walker
+        from gaitsim_wire.driving import Walker, excitation
         from gaitsim_wire.robots import calibration_of, pilot_of, robot_of
 
         if self.tape:
-            if self.walk:
-                raise GaitsimError("--tape and --walk cannot be combined", where="--tape, --walk")
+            if other := self.flags_of("walk", "excite"):
+                flags = f"--tape and {other[0]}"
+                raise GaitsimError(f"{flags} cannot be combined", where=flags.replace(" and", ","))
             return self.tape_of(gait_of(individual), self.speed or 1.0, repeat=True)
         if self.speed is not None:
             raise GaitsimError("--speed is for --tape", where="--speed", remedy="add --tape")
@@ -236,7 +241,8 @@ class Drive(ChosenIndividual, WireOptions):
         calibration = calibration_of(robot, self.bus, self.calibration)
         imu = self.imu or self.bus == "serial"
         pilot = pilot_of(robot, individual.genome, imu=imu)
-        return Walker(pilot, imu=imu, walk=self.walk), calibration
+        script = excitation() if self.excite else ()
+        return Walker(pilot, imu=imu, walk=self.walk, script=script), calibration
 
 
 def _next_recording(individual: "Individual") -> Path:

@@ -5,7 +5,8 @@ import io
 import math
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,6 +33,13 @@ RAMP_TIME = 2.0  # s, shortest duration of rising and of lying down
 NEAR = 0.5  # °; a robot that is so close to a pose needs no time to reach it
 SILENCE = 0.2  # s without an answer of a servo, after which the robot stops
 TIPPED = 1.0  # rad
+EXCITED = 6.0  # s, duration of each part of an excitation
+EXCITING: tuple[dict[str, int], ...] = (
+    {"faster": 2}, {"left": 2}, {"right": 2}, {"step left": 2}, {"step right": 2}, {"slower": 2},
+    {"faster": 2, "higher": 3}, {"left": 3, "lower": 3}, {"faster": 2, "left": 2},
+    {"step left": 2, "right": 2}, {},
+)  # fmt: skip
+"""Presses of keys that begin each part: a body that turns and sways shows the errors of horns."""
 LEAST_VOLTS = {"feetech": 6.0, "dynamixel": 6.5, "serial": 4.5}
 
 
@@ -95,10 +103,14 @@ class Walker(Player):
         pilot: controller of the robot, with ideal sensors.
         imu: whether the robot has an IMU.
         walk: whether to walk at the gait's own speed from the start.
+        script: commands that are given by themselves, by frame; after the last one, the robot
+            stands. () for none.
     """
 
-    def __init__(self, pilot: Pilot, *, imu: bool, walk: bool) -> None:
-        self._pilot, self._imu = pilot, imu
+    def __init__(
+        self, pilot: Pilot, *, imu: bool, walk: bool, script: Sequence[tuple[int, str]] = ()
+    ) -> None:
+        self._pilot, self._imu, self._script = pilot, imu, deque(script)
         self._wheel, self._frame, self._ending = Wheel(pilot.rhythm.limits[0]), 0, False
         self._angles = pilot.rhythm.standing.copy()
         self._yaw = np.zeros(2)  # first and last
@@ -114,6 +126,9 @@ class Walker(Player):
     def step(self, reading: Reading) -> Floats | None:
         """Return the next joint angles, (joints,) rad."""
         legs = len(self._pilot.rhythm.names)
+        while self._script and self._script[0][0] <= self._frame:
+            self.give(self._script.popleft()[1])
+            self._ending = self._ending or not self._script
         target = targets([{**one, "at": 0.0} for one in self._wheel.drive], 1, RATE)
         if self._ending:
             target[:] = 0.0
@@ -145,6 +160,17 @@ class Walker(Player):
         """Return the command in force, and a warning without a name if it is too much."""
         notice = self._wheel.notice()
         return dict(self._wheel.facts()) | ({"": notice} if notice else {})
+
+
+def excitation() -> list[tuple[int, str]]:
+    """Return commands of a minute, by frame, that show the errors of a robot."""
+    names = [
+        (number, name)
+        for number, part in enumerate(EXCITING)
+        for name, count in {"stop": 1, **part}.items()
+        for _ in range(count)
+    ]
+    return [(round(number * EXCITED * RATE), name) for number, name in names]
 
 
 class Tape(Player):

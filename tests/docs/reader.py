@@ -35,6 +35,7 @@ NOT_RUN = {
     r"champions/generation-0000": "a file of a run with all its individuals",
     r"attach .* > ": "ends with the run; without a file it is begun",
     r" --port ": "needs a robot; tests/wire has virtual ones",
+    r"robots identify|my_hexapod": "needs recordings of a robot; tests/wire has some",
     r"queue night": "needs runs that wait; tests/cli/test_background.py moves some",
     r" --root \.\./": "needs the folder of a robot's meshes",
     r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",
