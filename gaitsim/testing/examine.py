@@ -60,14 +60,15 @@ def examine(
     """
     findings: list[Finding] = []
     figures: dict[str, float] = {}
+    results: dict[str, Any] = {}
     digest_found = ""
     try:
-        for finding in _rules(entry, options, figures, on_status):
+        for finding in _rules(entry, options, figures, results, on_status):
             findings.append(finding)
         if all(finding.level == "advice" for finding in findings):
             on_status("computing everything a second time")
             with plugin_errors(entry, "computing everything a second time"):
-                digest_found = digest_results(entry, options)
+                digest_found = digest(results) if results else digest_results(entry, options)
     except GaitsimError as problem:
         findings.append(_failure(entry, problem))
     return Report(entry, tuple(findings), figures, digest_found)
@@ -98,11 +99,15 @@ def _location(entry: Entry, cause: BaseException) -> str:
 
 
 def _rules(
-    entry: Entry, options: Mapping[str, Any], figures: dict[str, float], on_status: OnStatus
+    entry: Entry,
+    options: Mapping[str, Any],
+    figures: dict[str, float],
+    results: dict[str, Any],
+    on_status: OnStatus,
 ) -> Iterator[Finding]:
     if entry.kind == EXPERIMENTS:
         on_status("reading the preset, moving its first individuals and breeding")
-        yield from preset_rules(entry)
+        yield from preset_rules(entry, results)
         return
     on_status("importing the plugin")
     yield from _check_import(entry, figures)

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import count, islice
 from typing import Any
 
 import numpy as np
@@ -252,8 +253,15 @@ def _perpendicular(axis: Floats) -> Floats:
 
 
 def _halton(columns: int) -> Floats:
-    """Return points that fill the unit cube evenly, (SAMPLES, columns)."""
-    from scipy.stats.qmc import Halton
+    """Return points that fill the unit cube evenly, (SAMPLES, columns) (Halton 1960).
 
-    points: Floats = Halton(columns, scramble=False).random(SAMPLES + 1)[1:]
+    The bits are those of `scipy.stats.qmc`, whose import takes longer than all else here.
+    """
+    bases = (base for base in count(2) if all(base % lower for lower in range(2, base)))
+    points = np.zeros((SAMPLES, columns))
+    for column, base in enumerate(islice(bases, columns)):
+        index, digit = np.arange(1, SAMPLES + 1), 1.0 / base
+        while 1.0 - digit < 1.0:
+            points[:, column] += index % base * digit
+            index, digit = index // base, digit / base
     return points

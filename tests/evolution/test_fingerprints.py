@@ -43,8 +43,9 @@ def test_every_preset_has_a_recorded_fingerprint():
     # The results of robots hold within one version of MuJoCo, which installs newest.
     presets = entries(EXPERIMENTS).items()
     names = {name for name, [preset] in presets if "robot" not in preset.target}
-    assert RECORDED[QUICK].keys() | RECORDED[LONG].keys() == names
-    assert RECORDED[LONG].keys() == RECORDED[SMALL].keys()
+    assert RECORDED[QUICK].keys() | RECORDED[SMALL].keys() == names
+    # Some walkers take long: a small population of them is enough.
+    assert RECORDED[LONG].keys() < RECORDED[SMALL].keys()
 
 
 @pytest.mark.parametrize("preset", PRESETS)

@@ -99,11 +99,11 @@ def build_plugin(model: type[Plugin], values: dict[str, Any]) -> Plugin:
     return model.model_validate_json(json.dumps(values), strict=True)
 
 
-FEW = 3  # number of individuals evaluated; the whole population is drawn and bred
+FEW = 3  # first individuals that move, and one that was bred; whole populations are drawn and bred
 
 
-def preset_rules(entry: Entry) -> Iterator[Finding]:
-    """Check all rules for a preset."""
+def preset_rules(entry: Entry, results: dict[str, Any]) -> Iterator[Finding]:
+    """Check all rules for a preset; add its first two generations to `results`."""
     experiment = load_experiment(entry.name)
     if parse_experiment(experiment.to_toml(), "again") != experiment:
         yield error(
@@ -126,8 +126,8 @@ def preset_rules(entry: Entry) -> Iterator[Finding]:
             f"name = {experiment.name!r}",
             f"correct it in {entry.name}.toml",
         )
-    result = two_generations(experiment)
-    if not np.isfinite(result["scores"]).any():
+    results |= two_generations(experiment)
+    if not np.isfinite(results["scores"]).any():
         yield advice(
             "finite values",
             f"a finite score for some of {FEW} random individuals",
@@ -150,5 +150,5 @@ def two_generations(experiment: Experiment) -> dict[str, Any]:
         "scores": evaluation.scores,
         "terms": evaluation.terms,
         "second": second,
-        "second scores": evaluate(experiment, second[:FEW]).scores,
+        "second scores": evaluate(experiment, second[-1:]).scores,
     }

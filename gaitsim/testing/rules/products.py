@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, get_args
@@ -79,27 +80,16 @@ def _output(product: Product, subject: Subject, folder: Path) -> object:
 
 @contextmanager
 def _sample(product: Product) -> Iterator[Subject | None]:
-    """Evolve a small run with the data that a product needs; None if no preset has them."""
-    from gaitsim.api import evolve
-
+    """Yield a small run with the data that a product needs; None if no preset has them."""
     with TemporaryDirectory() as folder:
-        for preset, options in SAMPLES.items():
+        for preset in SAMPLES:
             if preset not in entries(EXPERIMENTS):
                 continue
-            for seed in (1, 0):  # the first one repeats the second one
-                path = Path(folder) / f"{preset}-{seed}"
-                with evolve(
-                    preset,
-                    generations=2,
-                    population=24,
-                    seed=seed,
-                    set=options,
-                    workers=1,
-                    out=path,
-                ) as search:
-                    for _ in search:
-                        pass
-            run = RunSnapshot(path)
+            for name, content in _runs(preset).items():
+                path = Path(folder) / name
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
+            run = RunSnapshot(Path(folder) / f"{preset}-0")
             individual = run.individual()
             try:
                 product.check(individual)
@@ -108,3 +98,28 @@ def _sample(product: Product) -> Iterator[Subject | None]:
             yield Subject(run, () if product.input == "run" else (individual,))
             return
         yield None
+
+
+@cache
+def _runs(preset: str) -> dict[str, bytes]:
+    """Evolve two small runs, and return their files.
+
+    They are kept in memory, as a process that examines plugins is killed, and would leave them.
+    """
+    from gaitsim.api import evolve
+
+    with TemporaryDirectory() as folder:
+        for seed in (1, 0):  # the first one repeats the second one
+            with evolve(
+                preset,
+                generations=2,
+                population=24,
+                seed=seed,
+                set=SAMPLES[preset],
+                workers=1,
+                out=Path(folder) / f"{preset}-{seed}",
+            ) as search:
+                for _ in search:
+                    pass
+        files = (one for one in Path(folder).rglob("*") if one.is_file())
+        return {str(one.relative_to(folder)): one.read_bytes() for one in files}
