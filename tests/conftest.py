@@ -10,6 +10,7 @@ import shutil
 import signal
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache, partial
@@ -19,6 +20,7 @@ from types import SimpleNamespace
 
 import pytest
 from hypothesis import settings
+from xdist.scheduler import LoadFileScheduling
 
 from gaitsim.registry.kernel_cache import allow_missing_cache
 
@@ -144,6 +146,50 @@ def pytest_pyfunc_call(pyfuncitem):
 def pytest_xdist_auto_num_workers():
     """Return one worker more than cores, as tests that wait for processes leave cores idle."""
     return (os.cpu_count() or 1) + 1
+
+
+LONGEST = (
+    "tests/conformance/test_all_installed.py",
+    "tests/docs/test_commands.py",
+    "tests/evolution/test_fingerprints.py",
+    "tests/test_package.py",
+    "tests/conformance/test_plugin_guide.py",
+)
+"""Files that begin first, as a long one that begins last leaves the other cores idle."""
+
+
+def pytest_collection_modifyitems(config, items):
+    """Let each worker begin with the longest files, then with those of the most tests."""
+    if hasattr(config, "workerinput"):
+        count = Counter(item.path for item in items)
+        items.sort(key=lambda item: (not item.nodeid.startswith(LONGEST), -count[item.path]))
+
+
+def pytest_collection_finish():
+    """Let the garbage collector skip what was collected, which lives to the end."""
+    gc.freeze()
+
+
+def pytest_unconfigure():
+    """Collect garbage once; pytest does so five times, each a second at the end of a worker."""
+    gc.collect()
+    gc.freeze()
+
+
+class Scheduling(LoadFileScheduling):
+    """A worker's unit is a file in the order of collection, or a page of documented commands."""
+
+    def _split_scope(self, nodeid):
+        return (
+            nodeid
+            if nodeid.startswith("tests/docs/test_commands")
+            else super()._split_scope(nodeid)
+        )
+
+
+def pytest_xdist_make_scheduler(config, log):
+    config.option.loadscopereorder = False
+    return Scheduling(config, log)
 
 
 COMPILE = """

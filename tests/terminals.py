@@ -28,7 +28,7 @@ def begin_and_end(line: str, folder: Path, shows: str, key: str) -> None:
     places = {"stdin": inside, "stdout": inside, "stderr": inside}
     process = subprocess.Popen(**shell(f"exec {line}", folder), **places)  # type: ignore[call-overload]
     os.close(inside)
-    seen, end = b"", time.monotonic() + 60
+    seen, end = b"", time.monotonic() + 180
     try:
         while shows.encode() not in seen:
             assert time.monotonic() < end, f"{line}: {seen[-2000:].decode(errors='replace')}"

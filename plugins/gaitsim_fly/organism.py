@@ -236,7 +236,8 @@ class Fly(FlyOptions):
         lasted = np.empty(lanes, dtype=np.int64)
         courses = self._courses()
         fly(
-            np.ascontiguousarray(genomes, dtype=np.float64),
+            # Writable, as the kernel is compiled once more for the genomes of stored networks.
+            np.require(genomes, np.float64, "CW"),
             self.start_states(),
             courses,
             *self.control_arguments(own),

@@ -478,7 +478,7 @@ class Encoding:
     def _oscillation(self, values: dict[str, Floats]) -> tuple[Floats, Floats, Floats, Floats]:
         """Return amplitude, offset and delay of each joint, (population, joints) rad, and Hz."""
         source, sign = self._mirrors
-        frequency = values["frequency"][:, 0]
+        frequency = values["frequency"][:, 0].copy()  # contiguous, as that of steps
         amplitude = values["amplitude"][:, source]
         amplitude = np.minimum(amplitude, self.top_speed / (2 * math.pi * frequency[:, None]))
         offset = values["offset"][:, source] * sign

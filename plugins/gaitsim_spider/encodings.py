@@ -138,7 +138,8 @@ def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> 
 
     angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
     waves = unit_waves(2 * math.pi * frequency / body.FRAME_RATE, body.FRAMES)
-    sum_waves(*waves, *_values(genomes, groups), angles)
+    # Contiguous, as the kernel is compiled for each layout of an array.
+    sum_waves(*waves, *map(np.ascontiguousarray, _values(genomes, groups)), angles)
     return angles
 
 

@@ -304,6 +304,7 @@ def test_a_broken_format_is_named_and_the_others_work(
     gaitsim("export", "puppet", "--out", "gait.csv")
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("draw", "says"),
     [

@@ -37,6 +37,7 @@ def quiet(tmp_path, puppets, styled, monkeypatch, capsys):
     return run
 
 
+@pytest.mark.sampled
 def test_texts_of_plugins_and_names_of_folders_are_escaped(
     install, puppet_file, monkeypatch, styled, quiet
 ):

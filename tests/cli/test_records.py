@@ -58,6 +58,7 @@ def test_a_command_reports_progress_and_files(walk, records, tmp_path, command, 
     assert all((tmp_path / file).is_file() for file in written)
 
 
+@pytest.mark.slow
 def test_comparisons_and_studies_report_progress_and_files(records, puppet_file, tmp_path):
     found = records("compare", puppet_file, puppet_file, "--repeats", 2, "--out", "found")
     assert {one["total"] for one in found["progress"]} == {10}  # 2 repeats of 5 generations

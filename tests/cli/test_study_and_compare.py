@@ -100,6 +100,7 @@ def interrupt_writing(monkeypatch, number):
     return written
 
 
+@pytest.mark.slow
 def test_a_stopped_comparison_continues_with_the_same_command(gaitsim, tmp_path, monkeypatch):
     short = ("--population", 10, "--generations", 3, "--repeats", 5, "--workers", 1)
     given = ("compare", "spider", "spider-genetic", *short)

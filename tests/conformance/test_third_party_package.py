@@ -41,6 +41,7 @@ def test_an_installed_package_passes_in_full(environment, tmp_path):
     assert "force of an oar" in shown
 
 
+@pytest.mark.slow
 def test_runs_of_a_missing_package_name_it(environment, tmp_path, gaitsim):
     environment.run(["gaitsim", "run", "rower", "--generations", "2"], tmp_path)
     done = gaitsim("resume", "rower", "--generations", "5", code=2)

@@ -75,10 +75,12 @@ LONG = {
     "spider-atlas": {"population": 20, "generations": 300},
     "walker-four": {"population": 4, "generations": 2},
     "walker-worlds": {"population": 4, "generations": 2},
-    "hexapod-steady": {"population": 4, "generations": 2},
 }
 """Presets that evolve long, since pages name late generations or need an archive with members, and
 presets that take long for each individual."""
+
+SHORT = {"organism.duration": 3.0}
+"""Options of robots, whose rigid-body physics is slow."""
 
 SHORTER = {
     "gaitsim resume fly-genetic --generations 1000": "gaitsim resume fly-genetic --generations 205",
@@ -86,6 +88,9 @@ SHORTER = {
         "gaitsim resume fly --set organism.duration=30 --generations 405"
     ),
     "gaitsim run my_robot.urdf --generations 30": "gaitsim run my_robot.urdf --generations 3",
+    "gaitsim run hexapod --generations 10 --population 24 --set organism.duration=4": (
+        "gaitsim run hexapod --generations 2 --population 4 --set organism.duration=4"
+    ),
 }
 """Commands with many generations, none of which a later command names."""
 
@@ -186,6 +191,12 @@ def reader_does(
         assert done.returncode == 0, f"{line}: {done.stderr}"
 
 
+def is_robot(reference: str) -> bool:
+    """Return whether a run's reference is a file of a robot, or a preset with a robot."""
+    presets = entries(EXPERIMENTS).get(reference, [])
+    return reference.endswith(".urdf") or any("robot" in one.target for one in presets)
+
+
 def quick(arguments: list[str]) -> list[str]:
     """The same command with less work, but as many generations as it names."""
     less = LESS.get(arguments[0], {})
@@ -193,10 +204,12 @@ def quick(arguments: list[str]) -> list[str]:
         less = {"--worlds": "10"}
     elif {"--report", "--detach"} & set(arguments):
         less = {}  # other options are refused; what runs in the background is stopped
-    elif arguments[0] == "run" and arguments[1].endswith(".urdf"):
-        less = {"--population": "4", "--generations": "2"}  # rigid-body physics is slow
     elif arguments[0] == "run" and "atlas" in arguments[1]:
         less = {**less, "--population": "20"}  # two genomes for each emitter
+    elif arguments[0] == "run" and is_robot(arguments[1]):
+        less = {"--population": "4", "--generations": "2"}
+        if not re.search(r"organism\.(duration|drive)", " ".join(arguments)):
+            arguments = [*arguments, *("--set", f"organism.duration={SHORT['organism.duration']}")]
     if {"--delete", "--delete-matching", "--tag", "empty"} & {*arguments}:
         return [*arguments, "--yes"]
     for option, value in less.items():

@@ -169,6 +169,7 @@ def test_a_failing_task_cancels_the_rest(made, tmp_path):
     assert len([*tmp_path.iterdir()]) < 100
 
 
+@pytest.mark.slow
 def test_packages_that_differ_are_named_with_both_versions(gaitsim, address, monkeypatch, tmp_path):
     versions = cluster.required_versions
     there = {**versions([]), "numpy": "0.1", "gaitsim-nowhere": "7.0"}

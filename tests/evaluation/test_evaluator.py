@@ -89,6 +89,7 @@ def split(monkeypatch):
     return set_size
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("combine", ["mean", "worst tenth"])
 def test_chunks_and_parts_of_the_worlds_give_the_same_bits_as_none(
     puppet, split, monkeypatch, combine
@@ -299,6 +300,7 @@ def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, insta
         assert told
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("size", [1, 4])
 def test_the_share_of_a_population_that_is_scored_is_reported(

@@ -66,6 +66,7 @@ def test_a_robot_walks_the_same_with_c_in_the_loop(tmp_path, monkeypatch):
     assert difference < 1e-3
 
 
+@pytest.mark.slow
 def test_the_size_of_the_state_is_that_of_the_summary(tmp_path):
     organism, genome = robot("hexapod", tuple(ALL))
     code = c_code(organism.controller(genome), "a gait")
@@ -135,6 +136,7 @@ def test_an_individual_is_exported(tmp_path):
     assert speed == pytest.approx(experiment.organism.controller(genome).rhythm.own_speed[0])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("format", "header"), [("c", "gait.h"), ("ros2-package", "src/gait.h")])
 def test_a_gait_of_the_spider_is_exported_for_its_twin(tmp_path, format, header):
     experiment = gs.load_experiment("spider")

@@ -83,6 +83,7 @@ def walked(organism, genome, yaw, *commands):
 RESOLUTION = np.radians(0.35)  # ticks of the board
 
 
+@pytest.mark.slow
 def test_the_sketch_stands_up_calibrates_and_obeys(tmp_path, hexapod):
     times, angles = play(tmp_path, *hexapod, 15, 0.5, "g", 5, "s 0.2", 8, "t 20", 12, "0")
     assert np.isnan(angles[times < 0.5]).all()

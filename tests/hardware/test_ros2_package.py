@@ -126,6 +126,7 @@ def test_the_node_rises_from_the_reported_pose_and_follows_commands(play):
     assert np.abs(found[150:] - expected).max() < 1e-5
 
 
+@pytest.mark.slow
 def test_the_node_turns_by_the_imu(play):
     yaw = np.full(100, 0.2)
     yaw[0] = 0

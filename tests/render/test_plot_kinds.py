@@ -508,6 +508,7 @@ def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
     assert np.allclose(np.stack([line.get_ydata() for line in drawn], axis=1), angles[:, 12:15])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("share", "limited"), [(0.3, False), (0.9, True)])
 def test_the_stall_torque_is_drawn_if_torques_come_near_it(spider_run, monkeypatch, share, limited):
     torque = 2.0 * share * np.abs(np.sin(np.arange(300) / 5))[:, None].repeat(24, axis=1)
@@ -682,6 +683,7 @@ def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
     assert any("body × 10" in text for text in texts(draw("path", Request(flier, (shown,)))))
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     ("size", "low", "high"),
     [

@@ -239,6 +239,7 @@ def test_wing_beats_are_in_slow_motion(bundled):
     assert (walking.speed, walking.warning) == (1, "")
 
 
+@pytest.mark.slow
 def test_the_same_video_is_the_same_file(spider_run, tmp_path):
     for format in ("mp4", "gif"):
         paths = [tmp_path / f"{name}.{format}" for name in "ab"]

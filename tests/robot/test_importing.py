@@ -644,6 +644,7 @@ def test_vertices_of_an_obj_file_are_counted_as_mujoco_does(line, end):
     assert count_vertices(data.encode(), ".obj") == (9 if line == "v 0 0 0" else 11)
 
 
+@pytest.mark.slow
 def test_a_hull_of_many_vertices_is_thinned():
     """A robot may use the mesh of a ball, whose vertices are all vertices of the hull."""
     ball = np.random.default_rng(2).normal(size=(20_000, 3))

@@ -103,6 +103,7 @@ def test_a_robot_walks_turns_and_stops_as_commanded():
     assert np.ptp(still[:, :2], axis=0).max() < 0.005
 
 
+@pytest.mark.slow
 def test_commands_beyond_the_limits_are_clipped_and_said():
     robot = Robot(model="hexapod")
     steered = robot.steer(robot.controllers())

@@ -57,6 +57,7 @@ def test_masses_and_inertias_are_the_same(tmp_path, name):
     assert again == pytest.approx(expected, rel=1e-5, abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_robot_that_faces_another_way_faces_forward_in_its_urdf(tmp_path):
     robot = Robot(model="quadruped", facing="-x")
     again = reread(robot, tmp_path, facing="+x")

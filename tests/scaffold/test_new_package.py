@@ -34,6 +34,7 @@ def test_a_new_package_passes_the_check_and_its_own_tests(tmp_path, kind):
     )
 
 
+@pytest.mark.slow
 def test_an_organism_comes_with_a_fitness_and_an_experiment(tmp_path):
     folder = new_package("gaitsim-hopper", "organism", tmp_path)
     reports = check_package(folder)

@@ -47,6 +47,7 @@ def walked(
     return {name: values.T for name, values in out.items()}
 
 
+@pytest.mark.slow
 def test_feet_that_move_straight_back_carry_the_body_straight_forward() -> None:
     feet = np.repeat(FEET[None], 31, axis=0)
     feet[:, :, 0] -= 0.001 * np.arange(31)[:, None]

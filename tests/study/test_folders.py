@@ -87,6 +87,7 @@ class TestListFolders:
 
 
 class TestSections:
+    @pytest.mark.slow
     def test_a_study_has_its_report_and_each_cell_with_its_interval(self, studies):
         folder = studies / "small"
         study = finish(folder)

@@ -77,6 +77,7 @@ async def test_every_theme_is_readable_on_every_screen(walk, drive, screen):
                 assert unreadable(shown) == [], theme
 
 
+@pytest.mark.slow
 async def test_a_switch_recolours_lists_on_all_screens(walk, drive):
     walk("one", 3)
     async with drive(size=(110, 34)) as driver:
@@ -146,6 +147,7 @@ async def test_the_palette_offers_the_actions_of_a_dialog(walk, drive, keys, que
         assert title in await hits(driver, query)
 
 
+@pytest.mark.slow
 async def test_the_palette_of_a_dialog_acts_in_the_dialog(walk, drive):
     walk("one", 3)
     async with drive() as driver:

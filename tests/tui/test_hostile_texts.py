@@ -31,6 +31,7 @@ async def wait_for_text(ui, text):
     await ui.until(lambda: text in screen_text(ui))
 
 
+@pytest.mark.slow
 async def test_hostile_texts_at_home_and_live(hostile_run, drive):
     async with drive(size=(180, 50)) as ui:
         await wait_for_text(ui, MARKUP)

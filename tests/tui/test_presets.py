@@ -147,6 +147,7 @@ def test_a_huge_folder_is_listed_in_part(tmp_path):
     assert len(list_folder(tmp_path)) == LISTED
 
 
+@pytest.mark.slow
 async def test_a_file_is_found_by_completion_and_returned(here, drive, folder):
     async with drive() as driver:
         await driver.press("n", "ctrl+l")

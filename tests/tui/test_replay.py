@@ -370,6 +370,7 @@ class TestLayout:
 
 
 class TestProblems:
+    @pytest.mark.sampled
     @pytest.mark.parametrize(
         ("override", "message"),
         [

@@ -111,6 +111,7 @@ async def test_a_walking_body_is_driven_and_its_drive_saved(here, cart, drive):
         await driver.at("Home")
 
 
+@pytest.mark.slow
 async def test_leaving_and_restarting_ask_about_an_unsaved_drive(here, cart, drive):
     async with drive() as driver:
         clock = Clock()
@@ -152,6 +153,7 @@ async def test_with_a_folder_for_recordings_nobody_is_asked(here, cart, drive):
         assert [path.name for path in here.glob("mine*")] == ["mine", "mine-2"]
 
 
+@pytest.mark.slow
 async def test_the_champion_of_a_run_is_steered_from_home_and_a_replay(here, cart, drive):
     for _ in evolve(cart, out="runs/cart"):
         pass

@@ -91,6 +91,7 @@ async def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
         assert not driver.screen.check_action("physics", ())
 
 
+@pytest.mark.slow
 async def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.why.WORLDS", 12)
     puppets, short = walk(), {"organism.duration": 0.5}
