@@ -237,7 +237,7 @@ class Fly(FlyOptions):
         courses = self._courses()
         fly(
             # Writable, as the kernel is compiled once more for the genomes of stored networks.
-            np.require(genomes, np.float64, "CW"),
+            np.require(genomes, np.float64, ("C", "W")),
             self.start_states(),
             courses,
             *self.control_arguments(own),

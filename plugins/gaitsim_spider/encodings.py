@@ -138,8 +138,10 @@ def _sine(genomes: Genomes, frequency: float, groups: tuple[GeneGroup, ...]) -> 
 
     angles = np.empty((len(genomes), len(body.JOINTS), body.FRAMES), dtype=np.float32)
     waves = unit_waves(2 * math.pi * frequency / body.FRAME_RATE, body.FRAMES)
+    amplitude, phase, lag = _values(genomes, groups)
     # Contiguous, as the kernel is compiled for each layout of an array.
-    sum_waves(*waves, *map(np.ascontiguousarray, _values(genomes, groups)), angles)
+    values = np.ascontiguousarray(amplitude), np.ascontiguousarray(phase), lag
+    sum_waves(*waves, *values, angles)
     return angles
 
 
