@@ -399,7 +399,12 @@ def recording(folder):
     angles, turned, seconds = np.zeros((frames, joints)), np.zeros((frames, 3)), np.arange(frames)
     columns = {"commanded": angles, "measured": angles, "load": angles}
     columns |= {"orientation": turned, "rates": turned, "round_trip": np.full(frames, 0.004)}
-    columns |= {"seconds": seconds / 50, "joint_angles": angles, "joint_names": np.array(NAMES)}
+    columns |= {
+        "driving": seconds > 100,
+        "seconds": seconds / 50,
+        "joint_angles": angles,
+        "joint_names": np.array(NAMES),
+    }
     path = folder / "robot.npz"
     np.savez_compressed(path, frame_rate=50.0, **columns)
     return path

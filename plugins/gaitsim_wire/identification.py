@@ -14,7 +14,7 @@ from gaitsim_robot.conditions import apply_world, lowest_points
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import orientation
 from gaitsim_robot.simulation import Simulation
-from gaitsim_wire.driving import RAMP_TIME, RATE
+from gaitsim_wire.driving import RATE
 
 Floats = NDArray[np.float64]
 
@@ -69,6 +69,7 @@ class Recorded:
 
     Attributes:
         path: path of the file.
+        span: frames in which the robot walks, besides the first ones.
         sent: times at which the commands were sent, (frames,) s.
         read: times at which the servos were read, (frames,) s.
         ended: times at which reading ended, with the IMU, (frames,) s.
@@ -79,6 +80,7 @@ class Recorded:
     """
 
     path: Path
+    span: slice
     sent: Floats
     read: Floats
     ended: Floats
@@ -99,20 +101,22 @@ def read_recording(path: Path, joints: Sequence[str], distance: float = np.nan) 
         GaitsimError: the file is not a recording of this robot from which it could be identified.
     """
     gait = read_gait(path)
-    frames, width = gait.in_order(joints).shape
-    shapes = {
-        "seconds": (frames,), "round_trip": (frames,), "commanded": (frames, width),
-        "measured": (frames, width), "load": (frames, width), "orientation": (frames, 3),
-        "rates": (frames, 3),
-    }  # fmt: skip
+    width = gait.in_order(joints).shape[1]
     columns = (
         read_npz(read_bounded(path, LARGEST), LARGEST) if path.suffix.lower() == ".npz" else {}
     )
+    frames = np.size(columns.get("seconds", 0))
+    shapes = {
+        "seconds": (frames,), "round_trip": (frames,), "driving": (frames,),
+        "commanded": (frames, width), "measured": (frames, width), "load": (frames, width),
+        "orientation": (frames, 3), "rates": (frames, 3),
+    }  # fmt: skip
     for name, shape in shapes.items():
         column = np.asarray(columns.get(name))
-        if column.dtype.kind != "f" or column.shape != shape:
+        if column.dtype.kind not in "fb" or column.shape != shape:
             raise _unusable(path, f"is not a recording of a drive: it has no {name}, {shape}")
     found = {name: columns[name].astype(np.float64) for name in shapes}
+    driven = np.flatnonzero(found.pop("driving"))
     seconds, taken = found.pop("seconds"), found.pop("round_trip")
     passed = np.diff(seconds, prepend=seconds[0] - taken[0])
     if not ((passed > 0) & (passed < LONGEST)).all() or not ((taken > 0) & (taken < LONGEST)).all():
@@ -127,14 +131,15 @@ def read_recording(path: Path, joints: Sequence[str], distance: float = np.nan) 
         raise _unusable(path, "has values that are not finite, or impossible")
     if "measured" not in values:
         raise _unusable(path, "has no measured joint angles, as of servos on a bus")
-    if (lasted := seconds[-1] - seconds[0] - 2 * RAMP_TIME) < SHORTEST:
-        raise _unusable(path, f"has only {max(lasted, 0):.1f} s besides rising and lying down")
+    if (lasted := len(driven) / RATE) < SHORTEST:
+        raise _unusable(path, f"has only {lasted:.1f} s besides rising and lying down")
     if "orientation" in values:
         values["orientation"][:, 2] = np.unwrap(values["orientation"][:, 2])
         if np.abs(values["orientation"][:, :2]).max() > FALLEN:
             raise _unusable(path, "has a robot that tips over")
     sent = np.concatenate([[seconds[0] - taken[0] - 1 / RATE], seconds[:-1]])
-    return Recorded(path, sent, seconds - taken, seconds, commanded, values, distance)
+    span = slice(driven[0] + WARM, driven[-1] + 1)
+    return Recorded(path, span, sent, seconds - taken, seconds, commanded, values, distance)
 
 
 def _unusable(path: Path, what: str) -> GaitsimError:
@@ -187,8 +192,7 @@ class Replay:
         self._recordings, self._workers = recordings, workers
         self._windows: list[tuple[Recorded, int]] = []
         for one in recordings:
-            first = int(np.searchsorted(one.read, one.read[0] + RAMP_TIME)) + WARM
-            last = int(np.searchsorted(one.read, one.read[-1] - RAMP_TIME))
+            first, last = one.span.start, one.span.stop
             count = max((last - first) // WINDOW, 1)
             starts = np.linspace(first, last - WINDOW, count) if count > 1 else [first]
             self._windows += [(one, int(at)) for at in starts]

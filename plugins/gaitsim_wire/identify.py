@@ -40,7 +40,7 @@ class Identify(Action):
     )
     recordings: Names = argument(
         "telemetry of drives on a level floor, as 'gaitsim drive' wrote it; a minute in all",
-        "RECORDING…",
+        "RECORDING",
         allowed="paths of .npz files",
         completion="",
     )
