@@ -106,11 +106,13 @@ class Calibration:
         joints: servo of each joint by the joint's name, in the order of the gait.
         source: file of the calibration; '' for a default.
         limited_by: phrase that names the place where a user sets the ranges, for messages.
+        ends: both ends of each joint in the model, (joints, 2) rad; None if they are unknown.
     """
 
     joints: Mapping[str, Joint]
     source: str = ""
     limited_by: str = "in a calibration file (--calibration-template writes one)"
+    ends: Floats | None = None
 
     def servo_angles(self, angles: Floats) -> Floats:
         """Convert joint angles, (…, joints) rad, to servo angles, °."""

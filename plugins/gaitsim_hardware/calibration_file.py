@@ -117,7 +117,7 @@ def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -
         key = f"{section}.{kind}"
         address = (joint.board, joint.channel) if bus == "pwm" else (0, joint.id)
         if address[1] is None:
-            problems.report(key, f"{key} is required for --format {format}")
+            problems.report(key, f"{key} is required for {format}")
         elif address in taken:
             board = f" of board {address[0]}" if bus == "pwm" else ""
             problems.report(
@@ -130,9 +130,9 @@ def _check_format(found: Mapping[str, Joint], format: str, problems: Problems) -
         if (servo is None and bus != "pwm") or (servo and servo.bus != bus):
             problems.report(
                 f"{section}.servo",
-                f"--format {format} cannot drive the servo {servo.name}"
+                f"the servo {servo.name} cannot be used with {format}"
                 if servo
-                else f"--format {format} needs the model of the servo of {name}",
+                else f"{format} needs the model of the servo of {name}",
                 ", ".join(one.name for one in SERVOS.values() if one.bus == bus),
             )
 

@@ -34,6 +34,7 @@ ANSWER = 0.012  # s, longest wait for replies besides the time of their bytes; U
 TRIES = 5  # attempts before torque is on
 WATCHDOG = 10  # × 20 ms, of Dynamixel servos
 BEYOND = 5.0  # °, how far a servo may be beyond its limits before the start
+OUTSIDE = 15.0  # °, how far a joint may seem to be beyond its ends in the model
 WARM_UP = 5.0  # s, longest wait for the calibration of a sketch's sensor
 
 
@@ -198,7 +199,10 @@ class ServoBus(Bus):
                     f"is a servo of model {known.get(int(model or 0), model)}, not {servo}",
                     "use the calibration of this robot, or correct its ids",
                 )
-            if self._get(self._ids[joint], table.mode) != table.position_mode:
+            mode = self._get(self._ids[joint], table.mode)
+            if mode is None:
+                raise self._error(joint, "has stopped answering", "check its cable and power")
+            if mode != table.position_mode:
                 raise self._error(
                     joint,
                     "is not in position mode",
@@ -254,7 +258,7 @@ class ServoBus(Bus):
                 remedy=f"add --baud {other}"
                 if other
                 else f"switch the servos' power on, and check the cable, --bus {self._kind} and "
-                "the ids in the calibration",
+                "the ids in the calibration, which 'gaitsim robots calibrate' finds",
             )
         what = "servos does" if len(missing) == 1 else "servos do"
         raise GaitsimError(
@@ -276,6 +280,22 @@ class ServoBus(Bus):
                 f"stands at {degrees[joint]:.0f}°, beyond its limits of {low:g}° to {high:g}°",
                 "turn the joint by hand into its range; if it is within, the direction or the "
                 "offset in the calibration is wrong, or the calibration is that of another robot",
+            )
+
+        ends = self._calibration.ends
+        if ends is None:
+            return
+        angles = self._calibration.joint_angles(degrees)
+        outside = np.degrees(np.maximum(ends[:, 0] - angles, angles - ends[:, 1]))
+        joint = int(np.nan_to_num(outside, nan=-1).argmax())
+        if outside[joint] > OUTSIDE:
+            low, high = np.degrees(ends[joint])
+            raise self._error(
+                joint,
+                f"says that its joint is at {math.degrees(angles[joint]):.0f}°, but in the model "
+                f"it turns from {low:.0f}° to {high:.0f}°",
+                "calibrate the joint again with 'gaitsim robots calibrate'; its direction or "
+                "offset is wrong, or the calibration is that of another robot",
             )
 
     def _error(self, joint: int, what: str, remedy: str) -> GaitsimError:

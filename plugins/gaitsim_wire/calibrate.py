@@ -61,6 +61,7 @@ class Calibrate(Action):
 
     def do(self) -> None:
         """Check the servos, and open the screen."""
+        import sys
         from threading import Thread
 
         from gaitsim.cli.tui import check_terminal, run_app
@@ -105,6 +106,7 @@ class Calibrate(Action):
                 first=lambda: Calibration(calibrator, line, after),
             )
             thread = Thread(target=calibrator.run)
+            sys.setswitchinterval(0.0005)  # s; drawing must not delay the wire
             with deadman(port.fileno(), calibrator.off_frame()):
                 thread.start()
                 try:

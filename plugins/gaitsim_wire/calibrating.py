@@ -23,7 +23,7 @@ from gaitsim_robot.organism import Robot
 from gaitsim_robot.skeleton import skeleton
 from gaitsim_wire.buses import Reading, ServoBus
 from gaitsim_wire.driving import LEAST_VOLTS, RATE, Limits, Player, Session, Status, Stopped, Tape
-from gaitsim_wire.robots import FORMATS
+from gaitsim_wire.robots import FORMATS, ends_of
 
 Floats = NDArray[np.float64]
 
@@ -369,14 +369,13 @@ class Calibrator:
 
     @property
     def _calibration(self) -> Calibration:
-        return Calibration({name: self.joints[name] for name in self.names}, str(self.path))
+        joints = {name: self.joints[name] for name in self.names}
+        return Calibration(joints, str(self.path), ends=ends_of(self.robot))
 
     @cached_property
     def _ends(self) -> dict[str, Floats]:
         """Both ends of each joint in the model, °."""
-        simulation = self.robot.simulation
-        ends = np.degrees(simulation.model.actuator_ctrlrange[simulation.ctrl])
-        return dict(zip(self.names, ends, strict=True))
+        return dict(zip(self.names, np.degrees(ends_of(self.robot)), strict=True))
 
     @cached_property
     def swaying(self) -> Floats:

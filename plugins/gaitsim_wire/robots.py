@@ -1,7 +1,11 @@
 """The robot of an experiment, the calibration of its servos, and its emulator."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.contracts import Organism
 from gaitsim.errors import GaitsimError
@@ -16,6 +20,8 @@ from gaitsim_wire.body import Body
 from gaitsim_wire.buses import Bus, ServoBus as ServoClient, SketchBus
 from gaitsim_wire.emulator import Emulator, Noise, ServoBus, SketchBoard, parse_fault
 from gaitsim_wire.tables import TABLES
+
+Floats = NDArray[np.float64]
 
 FORMATS = {"feetech": "feetech", "dynamixel": "dynamixel", "serial": "arduino"}
 """Format of the calibration by bus."""
@@ -55,7 +61,13 @@ def calibration_of(robot: Robot, bus: str, file: Path | None) -> Calibration:
                 where=str(file or "--bus"),
                 allowed=", ".join(TABLES[bus].models),
             )
-    return found
+    return replace(found, ends=ends_of(robot))
+
+
+def ends_of(robot: Robot) -> Floats:
+    """Return both ends of each joint of a robot, (joints, 2) rad."""
+    simulation = robot.simulation
+    return np.array(simulation.model.actuator_ctrlrange[simulation.ctrl])
 
 
 def bus_of(kind: str, port: Any, baud: int, calibration: Calibration, *, imu: bool) -> Bus:

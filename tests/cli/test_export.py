@@ -102,7 +102,7 @@ def test_a_filled_in_calibration_template_gives_a_sketch(gaitsim, finished, tmp_
     assert sorted(part.name for part in (tmp_path / "walk").iterdir()) == ["gait.h", "walk.ino"]
     # A calibration for a sketch does not suit bus servos, nor vice versa.
     said = gaitsim("export", "puppet", "--format", "feetech", "--calibration", path, code=2).stderr
-    assert "id is required for --format feetech" in said
+    assert "id is required for feetech" in said
     assert "robot.toml" in said
 
 

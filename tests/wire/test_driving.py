@@ -8,6 +8,7 @@ from wires import Wire, quadruped, robot_on
 
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import read_gait
+from gaitsim_hardware.calibration import Calibration
 from gaitsim_wire.driving import Limits, Session, Stopped, Walker
 from gaitsim_wire.emulator import Fault, Noise
 from gaitsim_wire.robots import bus_of, calibration_of, pilot_of
@@ -222,6 +223,18 @@ def test_reversed_servos_are_found_by_their_mode_or_their_place(connected):
     robot.calibration.__dict__["low"] = np.where(np.arange(12) == 2, found + 20, -180.0)
     with pytest.raises(GaitsimError, match=r"id 3 .*stands at .*beyond its limits"):
         robot.bus.check()
+
+
+def test_joints_beyond_their_ends_in_the_model_are_refused_as_they_are_reversed(connected):
+    robot = connected("feetech", hung=True)
+    robot.wire.sleep(2.0)  # the legs dangle
+    robot.bus.check()
+    calibration = calibration_of(quadruped().organism, "feetech", None)
+    joints = dict(calibration.joints)
+    joints["R2 knee"] = joints["R2 knee"].model_copy(update={"direction": -1})
+    reversed_one = Calibration(joints, "robot.toml", ends=calibration.ends)
+    with pytest.raises(GaitsimError, match=r"id 12 \(R2 knee\) says .* from -138° to -11°"):
+        connected("feetech", calibration=reversed_one).bus.check()
 
 
 def test_servos_of_another_model_and_slow_rates_are_refused(connected):
