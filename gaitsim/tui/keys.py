@@ -378,7 +378,7 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               words="identify servo number"),
         Shown("keep", "k", "Keep", "Take both ends of the joint from the model", "do('keep')",
               words="limits ends"),
-        Shown("again", "b,backspace", "Back", "Return to the question before", "do('back')",
+        Shown("again", "b,backspace", "Previous", "Return to the question before", "do('back')",
               words="again undo"),
         Shown("joint-back", "left_square_bracket", "Joint", "Previous joint", "do('turn_to', -1)"),
         Shown("joint-on", "right_square_bracket", "Joint", "Next joint", "do('turn_to', 1)"),
