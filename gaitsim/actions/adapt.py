@@ -390,7 +390,7 @@ def ask(
     adaptation: Adaptation,
     view: AdaptationView,
     name: str,
-    play: Callable[[Proposal], object] = lambda proposal: None,
+    play: Callable[[Proposal], object] | None = None,
 ) -> None:
     """Propose gaits and ask for their results, until the answer is empty.
 
@@ -398,7 +398,7 @@ def ask(
         adaptation: the adaptation.
         view: prints it.
         name: name of the adaptation.
-        play: called with each proposal, before its result is asked for.
+        play: plays each proposal on the robot, before its result is asked for, and after 'again'.
     """
     from gaitsim.adaptation.answers import ANSWERS
 
@@ -409,7 +409,8 @@ def ask(
         if proposal != proposed:
             file = _gait_file(adaptation, proposal, f"{name}-trial-{proposal.number}")
             view.print_proposal(proposal, file)
-            play(proposal)
+            if play:
+                play(proposal)
             proposed = proposal
         text = question(f"{adaptation.question} (Enter to quit): ")
         if not text:
@@ -417,7 +418,7 @@ def ask(
             saved = "1 trial is saved" if count == 1 else f"{count} trials are saved"
             notice(f"{saved}. Repeat the command to continue.")
             return
-        if text == "again":
+        if text == "again" and play:
             play(proposal)
             continue
         try:

@@ -1,6 +1,7 @@
 """The client's side of a wire: servos are checked, read, commanded and switched off."""
 
 import math
+import termios
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Sequence
@@ -134,7 +135,10 @@ class Bus(ABC):
             count: number of replies.
             size: bytes of data in each reply.
         """
-        self.port.reset_input_buffer()
+        try:
+            self.port.reset_input_buffer()
+        except termios.error as error:  # of a port that was unplugged; it is not an OSError
+            raise OSError(*error.args) from None
         frame = self.protocol.encode(packet)
         self.port.write(frame)
         self._wrong = 0

@@ -196,14 +196,14 @@ class Calibrator:
         """
         poll = poll or self.obey
         while not self.closed:
-            player = self._player
-            if player is not None:
-                self._serve(player, poll)
-                continue
             try:
+                if (player := self._player) is not None:
+                    self._serve(player, poll)
+                    continue
                 self._see(self._bus([self.name]).read())
             except OSError as error:
-                self.angle, self.problem = math.nan, f"The port was lost ({error})."
+                self._player, self.angle = None, math.nan
+                self.problem = f"The port was lost ({error})."
             poll()
             self._wire[-1](PAUSE)
 

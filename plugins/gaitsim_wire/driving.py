@@ -319,10 +319,10 @@ class Session:
         Raises:
             Stopped: the robot was stopped at once.
         """
-        resting = self._resting()
         collected = gc.isenabled()
         gc.disable()  # a collection may take longer than a frame
         try:
+            resting = self._resting()
             self._bus.on(self._limited(resting, resting))
             self._play(resting, poll)
         except OSError as error:

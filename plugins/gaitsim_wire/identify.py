@@ -107,7 +107,7 @@ class Identify(Action):
         texts = self.distance or ()
         if len(texts) not in (0, len(self.recordings)):
             raise GaitsimError(
-                f"there are {len(self.recordings)} recordings, but {len(texts)} distances",
+                f"{len(texts)} distances for {len(self.recordings)} recordings",
                 where="--distance",
                 allowed="one for each recording, in their order, or none",
             )

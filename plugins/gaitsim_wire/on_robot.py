@@ -210,7 +210,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
         echo(f"trial {number} of {self.trials}, generation {search.generation}")
         file = search.path.with_name(f"trial-{number}.npz")
         individual = search.individual(search.proposal)
-        if _ready() == "undo" and search.log.trials:
+        if _ready(*["undo"] * bool(search.log.trials)):
             search.undo()
             return True
         played = _play(self, individual, file)
@@ -265,19 +265,25 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 DEFAULTS = {"population": 6, "step": 0.05, "turn_weight": 0.5, "seed": 0}
 
 
-def _ready() -> str:
-    """Wait until the robot is at its start, and return what was typed.
+def _ready(*others: str) -> str:
+    """Wait for Enter, when the robot is at its start; return '', or one of other answers.
 
     Raises:
         KeyboardInterrupt: the keyboard is closed, so that nobody watches the robot.
     """
+    import termios
+
     from gaitsim.console.printing import echo
 
-    echo(READY, end="")
-    line = sys.stdin.readline()
-    if not line:
-        raise KeyboardInterrupt
-    return line.strip()
+    while True:
+        if sys.stdin.isatty():  # an Enter too many before must not start the robot
+            termios.tcflush(sys.stdin, termios.TCIFLUSH)
+        echo(READY, end="")
+        line = sys.stdin.readline()
+        if not line:
+            raise KeyboardInterrupt
+        if (text := line.strip()) in ("", *others):
+            return text
 
 
 def _play(wire: WireOptions, individual: Individual, file: Path) -> Played:

@@ -58,7 +58,8 @@ def deadman(port: int, off: bytes) -> Iterator[None]:
 def raw_keys() -> Iterator[Callable[[], list[str]]]:
     """Yield a function that returns the keys pressed since the last call.
 
-    It raises `Stopped` when the terminal is lost. Without a terminal, there are never keys.
+    It raises `Stopped` when the terminal is lost. Ctrl-Z raises it, too, since a suspended program
+    could not stop the robot. Without a terminal, there are never keys.
     """
     if not sys.stdin.isatty():
         yield list
@@ -82,13 +83,17 @@ def raw_keys() -> Iterator[Callable[[], list[str]]]:
             text = text.replace(sequence, f"\0{key}\0")
         return [key for part in text.split("\0") for key in ([part] if part in KEYS else part)]
 
-    hangup = signal.signal(signal.SIGHUP, lost)
+    def suspended(*_: object) -> None:
+        raise Stopped("Ctrl-Z was pressed")
+
+    hangup, suspend = signal.signal(signal.SIGHUP, lost), signal.signal(signal.SIGTSTP, suspended)
     try:
         tty.setcbreak(descriptor)
         os.set_blocking(descriptor, False)
         yield keys
     finally:
         signal.signal(signal.SIGHUP, hangup)
+        signal.signal(signal.SIGTSTP, suspend)
         with suppress(OSError, termios.error):
             os.set_blocking(descriptor, blocking)
             termios.tcsetattr(descriptor, termios.TCSANOW, before)

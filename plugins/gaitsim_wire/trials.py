@@ -43,13 +43,11 @@ class Played:
         turned: change of its direction, ° to the left; NaN without an IMU.
         sway: root mean square of its change of direction, rad; NaN without an IMU.
         tilt: largest tilt, °; NaN without an IMU.
-        stopped: why it was stopped, a clause; '' if it has lain down.
     """
 
     turned: float = math.nan
     sway: float = math.nan
     tilt: float = math.nan
-    stopped: str = ""
 
     def __str__(self) -> str:
         if math.isnan(self.turned):
@@ -78,8 +76,8 @@ def play(wire: WireOptions, individual: Individual, path: Path) -> Played:
         session.recording.write(path, tuple(calibration.joints))
         found = _felt(*session.recording.felt())
 
-    stopped = wire.drive(player, calibration, save=save)
-    return replace(found, stopped=stopped)
+    wire.drive(player, calibration, save=save)
+    return found
 
 
 def _felt(orientation: NDArray[np.float64], driving: NDArray[np.bool_]) -> Played:

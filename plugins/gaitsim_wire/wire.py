@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Literal
 from pydantic import BaseModel
 
 from gaitsim.contracts.plugin import option
+from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
     from gaitsim.gait.gait_files import Gait
@@ -136,6 +137,8 @@ class WireOptions(BaseModel):
         except KeyboardInterrupt:
             say("Stopped; the servos are off.")
             raise
+        except OSError as error:
+            raise GaitsimError(f"the port was lost ({error})", where="--port") from None
         finally:
             if session is not None and len(session.recording):
                 save(session)

@@ -1,5 +1,7 @@
 """Calibrating virtual robots by hand: a person who sees their joints recovers planted values."""
 
+import errno
+import termios
 import time
 from threading import Thread
 
@@ -176,6 +178,26 @@ def test_space_a_hot_servo_and_a_dead_one_switch_off_at_once(planted, tmp_path):
         stopped(lambda: emulator.inject(Fault("dead", 1)), "Nothing has answered for 0.2 s"),
     )
     assert not (tmp_path / "robot.toml").exists()
+
+
+def test_an_unplugged_port_is_reported(planted, tmp_path, monkeypatch):
+    person = Person("feetech", planted("feetech"), tmp_path / "robot.toml")
+    found = person.calibrator
+
+    def unplugged():
+        raise termios.error(errno.EIO, "Input/output error")
+
+    def pull():
+        yield from person.until(lambda: np.isfinite(found.angle))
+        yield from person.press(5.0)
+        monkeypatch.setattr(person.wire, "reset_input_buffer", unplugged)
+        yield from person.until(lambda: not found.on)
+        assert "port was lost" in found.problem
+        found.jog(5.0)
+        yield
+        assert not found.on
+
+    person.act(pull())
 
 
 def test_wrong_ends_are_refused_and_questions_are_asked_again(planted, tmp_path):

@@ -93,7 +93,7 @@ def test_keys_steer_and_q_lies_down(drive, folder):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("end", ["space", "kill", "term", "hangup"])
+@pytest.mark.parametrize("end", ["space", "kill", "term", "hangup", "suspend"])
 def test_the_servos_are_off_however_the_drive_ends(drive, folder, end):
     process, master, _ = drive("--walk")
     match end:
@@ -106,6 +106,10 @@ def test_the_servos_are_off_however_the_drive_ends(drive, folder, end):
         case "term":
             process.send_signal(signal.SIGTERM)
             assert process.wait(10) == 130
+        case "suspend":
+            process.send_signal(signal.SIGTSTP)
+            assert "Stopped: Ctrl-Z was pressed" in until(master, "servos are off")
+            assert process.wait(10) == 1
         case "hangup":
             os.close(master)
             assert process.wait(10) == 2, "its last lines cannot be written"

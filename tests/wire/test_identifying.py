@@ -196,7 +196,7 @@ def test_the_command_asks_for_one_distance_for_each_recording(recorded, gaitsim)
     def said(*words):
         return gaitsim("robots", "identify", "quadruped", recorded.path, *words, code=2).stderr
 
-    assert "there are 1 recordings, but 2 distances" in said("--distance", "1m", "--distance", "2m")
+    assert "2 distances for 1 recordings" in said("--distance", "1m", "--distance", "2m")
     assert "invalid distance: 'fell 1'" in said("--distance", "fell 1")
     assert "unknown unit" in said("--distance", "3kg")
     assert "no folder" in said("--save", "nowhere/robot.toml")

@@ -128,6 +128,11 @@ def test_the_measurements_of_the_imu_are_those_while_the_gait_was_played():
     assert str(_felt(np.full((6, 3), np.nan), driving)) == ""
 
 
+def test_only_enter_starts_the_robot(evolve, played):
+    evolve("undo\nquit\n", code=130)
+    assert not played
+
+
 def test_without_a_keyboard_the_robot_does_not_move(evolve, played):
     evolve("", code=130)
     evolve("\n0.1\n", code=130)
