@@ -48,7 +48,7 @@ app = group(
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
         "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets: the experiments that packages provide.",
-        "robots": "Check, emulate, identify and list robots, and adapt and evolve gaits on them.",
+        "robots": "Check, list, emulate, calibrate and identify robots, and evolve gaits on them.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     {

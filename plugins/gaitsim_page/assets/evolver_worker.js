@@ -131,6 +131,10 @@ class Evolution {
   }
 
   code() {
+    if (!this.evolver.number) {
+      this.evolver.next(); // a page that is paused at the start has no champion yet
+      this._report();
+    }
     const { number, scores, best, genomes, settings } = this.evolver;
     const gait = { generation: number, score: scores[best], genome: genomes[best] };
     postMessage({ kind: "code", code: codeOf({ ...gait, text: experimentOf(settings) }) });
