@@ -24,6 +24,7 @@ OUTSIDE = {
     "../CONTRIBUTING.md": "contributing.md",
     "../benchmarks/README.md": "benchmarks.md",
     "../data/SOURCES.md": "sources.md",
+    "../examples/gaitsim-gymnasium/README.md": "gymnasium.md",
     "../README.md": "index.md",
 }
 """Files outside docs/ that its pages link to -> their file names on the site."""

@@ -29,7 +29,7 @@ KEPT = ("mass", "servo_speed", "grip")  # conditions of the world that are not f
 WARM = 25  # frames simulated before each window, in which unknown forces between feet fade
 WINDOW = 150  # frames; contacts make longer simulations chaotic
 BLOCK = 10  # frames that are averaged, since the moment of each contact is uncertain
-MEASURED = (("measured", 1e-3), ("load", 2e-3), ("orientation", 5e-4), ("rates", 5e-3))
+MEASURED = (("measured", 2e-4), ("load", 5e-4), ("orientation", 5e-5), ("rates", 1e-3))
 """Measured quantities that are compared, with the smallest deviation worth fitting."""
 LEAST = 0.02  # smallest friction, and smallest factor of torque and stiffness, that is simulated
 DISTANCE = 0.02  # smallest relative deviation of a typed distance worth fitting
@@ -377,7 +377,7 @@ def _rounded(value: float) -> float:
 FIRST = 2  # rounds that change only the world
 MEMORY = 0.5  # share of the slopes of earlier rounds
 SHRINK, SMALLEST = 0.85, 0.3  # of the steps from round to round
-SHARES = (1.0, 1.5)  # noise shortens the step of a linear model
+SHARES = (0.5, 1.0, 2.0, 4.0)  # of the step of a linear model, which noise shortens
 
 
 def simulations(rounds: int, parameters: int) -> int:
@@ -419,9 +419,9 @@ def identify(
         advance()
         return found
 
-    values = replay.start.copy()
-    first = _misfit(simulate(values))
-    best, errors, stopped, before = (first, values), spread, False, np.empty(0)
+    values, errors, stopped, before = replay.start.copy(), spread, False, np.empty(0)
+    residuals = simulate(values)
+    first = misfit = _misfit(residuals)
     try:
         for number in range(-FIRST, rounds):
             changed = len(WORLD) if number < 0 else count
@@ -430,24 +430,23 @@ def identify(
             signs = rng.choice([-1.0, 1.0], changed)
             design[:, :changed] = _hadamard(len(design))[:, 1 : changed + 1] * signs
             tried = np.array([simulate(values + row * width) for row in design])
-            middle = tried.mean(axis=0)
             slopes = np.tensordot(design, tried, (0, 0)) / len(tried) / width[(...,) + (None,) * 3]
             if number > 0:  # slopes hardly change from round to round, but their noise does
                 slopes = MEMORY * before + (1 - MEMORY) * slopes
             before = slopes
-            hessian, gradient = _normal_equations(middle, np.moveaxis(slopes, 0, -1))
+            hessian, gradient = _normal_equations(residuals, np.moveaxis(slopes, 0, -1))
             pull = prior @ (values - replay.start)
             move = -np.linalg.solve(hessian.sum(axis=0) + prior, gradient.sum(axis=0) + pull)
-            options = [np.clip(values + share * move, low, high) for share in SHARES]
-            scored = [(_misfit(simulate(one)), one) for one in options]
-            misfit, after = min(scored, key=lambda pair: pair[0])
-            errors = np.hypot(_bootstrap(hessian, gradient, prior, rng), np.abs(after - values))
-            values = after
-            if misfit < best[0]:
-                best = misfit, values
+            errors, last = _bootstrap(hessian, gradient, prior, rng), values
+            for share in SHARES:
+                tried_values = np.clip(last + share * move, low, high)
+                found = simulate(tried_values)
+                if (other := _misfit(found)) < misfit:
+                    values, residuals, misfit = tried_values, found, other
+            errors = np.hypot(errors, np.abs(values - last))
     except KeyboardInterrupt:
         stopped = True
-    return Identified(replay.names, replay.start, best[1], errors, (first, best[0])), stopped
+    return Identified(replay.names, replay.start, values, errors, (first, misfit)), stopped
 
 
 def _hadamard(size: int) -> Floats:
