@@ -44,22 +44,25 @@ class Parameter:
         spread: standard deviation of its value around the start, before anything is measured.
         low: smallest value.
         high: largest value.
+        floor: standard error that remains however long a recording is: the deviation of fits of
+            virtual robots from the planted values, which resampling does not show.
     """
 
     step: float
     spread: float
     low: float
     high: float
+    floor: float
 
 
 WORLD = {
-    "friction": Parameter(0.07, 0.4, 0.05, 3.0),
-    "servo_torque": Parameter(0.07, 0.3, 0.2, 3.0),
-    "servo_stiffness": Parameter(0.07, 0.5, 0.2, 5.0),
-    "latency": Parameter(0.005, 0.03, 0.0, 0.2),
+    "friction": Parameter(0.07, 0.4, 0.05, 3.0, 0.003),
+    "servo_torque": Parameter(0.07, 0.3, 0.2, 3.0, 0.001),
+    "servo_stiffness": Parameter(0.07, 0.5, 0.2, 5.0, 0.001),
+    "latency": Parameter(0.005, 0.03, 0.0, 0.2, 0.0005),
 }
 """Conditions of the world that are fitted; the latency in s."""
-HORN = Parameter(1.5, 3.0, -20.0, 20.0)
+HORN = Parameter(1.5, 3.0, -20.0, 20.0, 0.25)
 """The error of a horn, in °."""
 
 
@@ -446,6 +449,7 @@ def identify(
             errors = np.hypot(errors, np.abs(values - last))
     except KeyboardInterrupt:
         stopped = True
+    errors = np.hypot(errors, [one.floor for one in replay.parameters])
     return Identified(replay.names, replay.start, values, errors, (first, misfit)), stopped
 
 

@@ -73,7 +73,7 @@ class Linear:
     """Measurements that depend linearly on four conditions and three horns, with noise."""
 
     names = (*WORLD, "one", "two", "three")
-    parameters = (Parameter(0.1, 1.0, -9.0, 9.0),) * 7
+    parameters = (Parameter(0.1, 1.0, -9.0, 9.0, 0.0),) * 7
     start = np.zeros(7)
 
     def __init__(self):
