@@ -56,7 +56,7 @@ def test_tags_views_and_deleted_runs_are_offered(offered, run_folders, tmp_path,
 
 
 def test_commands_flags_and_choices_are_offered(offered):
-    assert offered("pl") == ["plot", "play", "plugins"]
+    assert offered("pl") == ["plot", "play", "playground", "plugins"]
     assert offered("plugins", "sh") == ["show"]
     assert offered("video", "spider", "--fp") == ["--fps"]
     assert offered("plot", "spider", "--kind", "fo") == ["footfall"]
