@@ -30,7 +30,7 @@ RATE = 50.0  # Hz
 LATE = 0.5  # frames; a frame that begins later counts as late
 RAMP_SPEED = 45.0  # °/s, mean speed of the servo that turns most while the robot rises
 RAMP_TIME = 2.0  # s, shortest duration of rising and of lying down
-NEAR = 0.5  # °; a robot that is so close to a pose needs no time to reach it
+NEAR = 0.5  # °; a single joint that is so close to its pose needs no time to reach it
 SILENCE = 0.2  # s without an answer of a servo, after which the robot stops
 TIPPED = 1.0  # rad
 EXCITED = 6.0  # s, duration of each part of an excitation
@@ -392,14 +392,17 @@ class Session:
     def _goals(self, resting: Floats) -> Iterator[Floats]:
         """Yield the servo angles of each frame, (joints,) °: rise, play, lie down."""
         first = self._calibration.servo_angles(self._player.first)
+        stays = not np.isfinite(first).all()
         first = np.where(np.isfinite(first), first, resting)
-        yield from ramp(resting, first)
+        if not stays:
+            yield from ramp(resting, first)
         self.status.phase, last = "driving", first
         while (angles := self._player.step(self.status.reading)) is not None:
             last = self._calibration.servo_angles(angles)
             yield last
         self.status.phase = "lying down"
-        yield from ramp(last, resting)
+        if not stays or np.abs(last - resting).max() > NEAR:
+            yield from ramp(last, resting)
 
     def _limited(self, degrees: Floats, last: Floats) -> Floats:
         """Return servo angles within the limits of the calibration, and of the servos' speed.
@@ -415,8 +418,6 @@ class Session:
 
 def ramp(start: Floats, end: Floats) -> Iterator[Floats]:
     """Yield servo angles of each frame from one pose to another, with a smooth start and end."""
-    if np.abs(end - start).max() < NEAR:
-        return
     seconds = max(RAMP_TIME, float(np.abs(end - start).max()) / RAMP_SPEED)
     frames = math.ceil(seconds * RATE)
     for frame in range(1, frames + 1):

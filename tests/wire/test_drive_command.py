@@ -38,15 +38,21 @@ def drive(folder):
     terminals = []
 
     def begin(*words):
-        master, inside = pty.openpty()
         words = ["drive", "quadruped", "--port", "port", "--calibration", "robot.toml", *words]
-        process = subprocess.Popen(
-            [*GAITSIM, *words], cwd=folder, stdin=inside, stdout=inside, stderr=inside,
-            start_new_session=True,
-        )  # fmt: skip
-        os.close(inside)
-        terminals.append((process, master))
-        return process, master, until(master, "driving")
+        for attempt in range(3):
+            master, inside = pty.openpty()
+            process = subprocess.Popen(
+                [*GAITSIM, *words], cwd=folder, stdin=inside, stdout=inside, stderr=inside,
+                start_new_session=True,
+            )  # fmt: skip
+            os.close(inside)
+            terminals.append((process, master))
+            try:
+                return process, master, until(master, "driving")
+            except OSError:  # a busy machine kept the virtual robot silent for 0.2 s
+                if attempt == 2:
+                    raise
+        raise AssertionError
 
     yield begin
     for process, _ in terminals:
