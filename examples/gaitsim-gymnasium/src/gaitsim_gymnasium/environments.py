@@ -1,11 +1,14 @@
 """Environments by their ids: their sizes, their joints, and as many of them as are needed."""
 
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import gymnasium
+import mujoco
 import numpy as np
 
 from gaitsim.contracts import Array
@@ -32,7 +35,8 @@ def create(env: str, **options: Any) -> Any:
     """
     check_name(env)
     try:
-        return gymnasium.make(env, disable_env_checker=True, **options)
+        with _quiet():
+            return gymnasium.make(env, disable_env_checker=True, **options)
     except gymnasium.error.DependencyNotInstalled as error:
         raise GaitsimError(
             f"the environment {env!r} needs a package that is not installed: {error}",
@@ -53,6 +57,16 @@ def create(env: str, **options: Any) -> Any:
             key="env",
             remedy="try it in Python: gymnasium.make(…)",
         ) from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep MuJoCo from printing a warning about each file of an environment, and logging it."""
+    mujoco.set_mju_user_warning(lambda text: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(None)
 
 
 _pool: dict[str, list[Any]] = {}
