@@ -85,6 +85,7 @@ from gaitsim_robot.loading import bundled_text
 from gaitsim_robot.organism import Robot
 from gaitsim_serve.server import ServedApp
 from gaitsim_wire.identification import read_recording
+from gaitsim_wire.trials import _LOG, Log, Trial as RobotTrial, read_log
 
 FIXTURES = Path(__file__).parent / "fixtures"
 
@@ -601,6 +602,14 @@ def session(folder):
     return folder / "session.json"
 
 
+ON_ROBOT = Log(
+    "gaitsim1-x", 6, 0, 0.05, 0.5,
+    (
+        RobotTrial((0.5, -1.0), (0.62, 0.6), "walked", "62cm 60cm", 0.1),
+        RobotTrial((0.4, 1e-300), (0.3,), "fell", "fell 0.3"),
+    ),
+)  # fmt: skip
+
 DRIVE = [{"at": 0.0, "speed": 0.3}, {"at": 1.0, "turn": 20.0, "push": 1.0, "direction": 90.0}]
 
 
@@ -616,6 +625,9 @@ SHARED = {
         written("report.json", _REPORT.dump_json(REPORT)),
         lambda path: read_report(path, 5),
         JSON,
+    ),
+    "a search on a robot": Reader(
+        written("trials.json", _LOG.dump_json(ON_ROBOT)), read_log, JSON
     ),
     "a drive": Reader(driven, lambda path: load_experiment(str(path)), TOML),
 }  # fmt: skip
