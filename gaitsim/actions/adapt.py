@@ -424,11 +424,16 @@ def ask(
         try:
             reply = adaptation.understand(text)
             doubt = adaptation.doubt(reply.answer)
-            if doubt and question(f"{doubt}. Is that right? (y/n): ").lower() not in ("y", "yes"):
+            if doubt and not confirmed(doubt):
                 continue
             view.print_done(adaptation.carry_out(reply))
         except GaitsimError as error:
             notice(str(error))
+
+
+def confirmed(doubt: str) -> bool:
+    """Ask whether a doubtful answer is right."""
+    return question(f"{doubt}. Is that right? (y/n): ").lower() in ("y", "yes")
 
 
 def question(text: str) -> str:

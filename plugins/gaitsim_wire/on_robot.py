@@ -234,15 +234,14 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def _doubted(self, search: RobotSearch, distance: float) -> bool:
         """Ask about a distance, m, above twice that of the first gait in simulation."""
-        from gaitsim.actions.adapt import question
+        from gaitsim.actions.adapt import confirmed
         from gaitsim.adaptation.adaptation import DOUBTFUL
 
         limit = search.expected
         if not limit > 0 or distance <= DOUBTFUL * limit:
             return False
         times = f"{distance / limit:.3g} times that of the simulation, {limit:.3g} m"
-        text = f"{distance:.3g} m is {times}. Is that right? (y/n): "
-        return question(text).lower() not in ("y", "yes")
+        return not confirmed(f"{distance:.3g} m is {times}")
 
     def _report(self, search: RobotSearch) -> None:
         """Print the best gait, and write its code."""
