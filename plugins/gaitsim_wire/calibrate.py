@@ -8,7 +8,7 @@ from gaitsim.actions.action import Action, argument
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError
 from gaitsim_wire.commands import Drive
-from gaitsim_wire.wire import BAUD, BUS, Bus, default_baud
+from gaitsim_wire.wire import BAUD, BUS, PORT, Bus, baud_of
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
@@ -43,7 +43,7 @@ class Calibrate(Action):
         "MODEL",
         completion="preset_names",
     )
-    port: str = option(..., "serial port, such as /dev/ttyUSB0", placeholder="PATH")
+    port: str = PORT
     calibration: Path = option(
         Path("robot.toml"),
         "calibration file (TOML) to write or continue; joints in it are done",
@@ -69,7 +69,7 @@ class Calibrate(Action):
         from gaitsim.experiment import load_experiment
         from gaitsim.storage.files.folder import EXPERIMENT, command
         from gaitsim_wire.calibrating import Calibrator
-        from gaitsim_wire.ports import check_baud, open_port
+        from gaitsim_wire.ports import open_port
         from gaitsim_wire.robots import robot_of
         from gaitsim_wire.terminal import deadman
 
@@ -81,7 +81,7 @@ class Calibrate(Action):
                 remedy="write a template with 'gaitsim export RUN --format arduino "
                 "--calibration-template FILE', and complete it",
             )
-        baud = check_baud(self.baud or default_baud(self.bus))
+        baud = baud_of(self.bus, self.baud)
         check_terminal("start the command in a terminal, or complete a calibration template")
         from gaitsim.tui.app import GaitsimApp
         from gaitsim.tui.config import config_path, read_config

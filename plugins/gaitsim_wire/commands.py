@@ -9,7 +9,7 @@ from gaitsim.actions.action import RUN_OR_CODE, SET, Action, ChosenIndividual, a
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
-from gaitsim_wire.wire import BAUD, BUS, Bus, WireOptions, default_baud
+from gaitsim_wire.wire import BAUD, BUS, Bus, WireOptions, baud_of
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
@@ -83,11 +83,10 @@ class Emulate(Action):
         from gaitsim.experiment import load_experiment, parse_assignments
         from gaitsim.gait.changed import put_in_world
         from gaitsim_wire.emulator import Noise
-        from gaitsim_wire.ports import check_baud
         from gaitsim_wire.pseudo_terminal import serve
         from gaitsim_wire.robots import create_emulator
 
-        baud = check_baud(self.baud or default_baud(self.bus))
+        baud = baud_of(self.bus, self.baud)
         with status("Preparing the robot …"):
             experiment = load_experiment(self.model, parse_assignments(self.set_ or ()))
             if conditions := parse_world(self.world or (), "--world"):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from gaitsim_wire.driving import Player, Session, Tape
 
 Bus = Literal["feetech", "dynamixel", "serial"]
+PORT: str = option(..., "serial port, such as /dev/ttyUSB0", placeholder="PATH")
 BUS: Bus = option("feetech", "kind of the wire")
 BAUD: int | None = option(
     None,
@@ -25,15 +26,21 @@ BAUD: int | None = option(
 )
 
 
-def default_baud(bus: str) -> int:
-    """Return the usual baud rate of a bus."""
-    return 115_200 if bus == "serial" else 1_000_000
+def baud_of(bus: Bus, baud: int | None) -> int:
+    """Return a baud rate, or the usual one of a bus for None.
+
+    Raises:
+        GaitsimError: no bus has this rate.
+    """
+    from gaitsim_wire.ports import check_baud
+
+    return check_baud(baud or (115_200 if bus == "serial" else 1_000_000))
 
 
 class WireOptions(BaseModel):
     """The options of a robot on a serial port."""
 
-    port: str = option(..., "serial port, such as /dev/ttyUSB0", placeholder="PATH")
+    port: str = PORT
     calibration: Path = option(
         ..., "calibration file (TOML), which assigns a servo to each joint", placeholder="FILE"
     )
@@ -58,9 +65,7 @@ class WireOptions(BaseModel):
         Raises:
             GaitsimError: it is not a usual one.
         """
-        from gaitsim_wire.ports import check_baud
-
-        return check_baud(self.baud or default_baud(self.bus))
+        return baud_of(self.bus, self.baud)
 
     def tape_of(
         self, gait: "Gait", speed: float = 1.0, *, repeat: bool = False
