@@ -1,5 +1,8 @@
 """Tests of the package: its contract, its policies, and environments that fail."""
 
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import ClassVar
 
@@ -10,13 +13,14 @@ from gaitsim_gymnasium import Environment
 from gaitsim_gymnasium.environments import action_limits
 from gaitsim_gymnasium.oscillators import oscillations
 
+import gaitsim as gs
 from gaitsim import evaluate, load_experiment
 from gaitsim.errors import GaitsimError
 from gaitsim.testing import check_package
 
 
 class Broken(gymnasium.Env):
-    """An environment that fails, or returns NaN, once its action is large."""
+    """An environment that fails once its action is large, or in every episode."""
 
     observation_space = gymnasium.spaces.Box(-1, 1, (2,))
     action_space = gymnasium.spaces.Box(-1, 1, (1,))
@@ -27,6 +31,8 @@ class Broken(gymnasium.Env):
 
     def reset(self, *, seed=None, options=None):
         super().reset(seed=seed)
+        if self.how == "unready":
+            raise OSError("the simulator does not answer")
         return self.np_random.random(2), {}
 
     def step(self, action):
@@ -34,11 +40,13 @@ class Broken(gymnasium.Env):
         if reward > 0.5:
             if self.how == "raises":
                 raise ZeroDivisionError("the engine has stopped")
-            reward = float("nan")
-        return np.zeros(2), reward, False, False, {}
+            if self.how == "nan":
+                reward = float("nan")
+        seen = np.zeros(3 if self.how == "grows" else 2)
+        return seen, reward, False, False, {}
 
 
-for name in ("raises", "nan"):
+for name in ("raises", "nan", "grows", "unready"):
     gymnasium.register(f"Broken{name}-v0", lambda name=name: Broken(name), max_episode_steps=20)
 
 
@@ -92,18 +100,51 @@ def test_statistics_are_part_of_the_experiment():
 
 
 @pytest.mark.parametrize(
-    ("how", "reason"), [("raises", "engine has stopped"), ("nan", "not finite")]
+    ("how", "reason", "other"),
+    [
+        ("raises", "engine has stopped in step 1", 2.0),
+        ("nan", "not finite in step 1", 2.0),
+        ("grows", "returned 3 observations instead of 2 in step 1", -np.inf),
+    ],
 )
-def test_an_environment_that_fails_fails_the_individual(how, reason):
-    body = {"organism.env": f"Broken{how}-v0", "organism.policy": "linear"}
-    body |= {"organism.mean": [0.0, 0.0], "organism.deviation": [1.0, 1.0], "worlds.cases": []}
+def test_an_environment_that_fails_fails_the_individual(how, reason, other):
+    body = {"organism.env": f"Broken{how}-v0", "worlds.cases": []}
     experiment = load_experiment("gymnasium-linear", body)
     genomes = np.array([[0.0, 0.0, 0.9], [0.0, 0.0, 0.1]])
     found = evaluate(experiment, genomes)
     assert found.scores[0] == -np.inf
     assert reason in found.reasons[0]
-    assert "step 1" in found.reasons[0]
-    assert found.scores[1] == pytest.approx(2.0)
+    assert found.scores[1] == pytest.approx(other)
+
+
+def test_an_environment_that_cannot_start_is_an_error():
+    with pytest.raises(GaitsimError, match="cannot start an episode: OSError: the simulator"):
+        Environment(env="Brokenunready-v0", policy="linear")
+
+
+@pytest.mark.parametrize(
+    ("preset", "env"), [("gymnasium", "Hopper-v5"), ("gymnasium-linear", "Pendulum-v1")]
+)
+def test_a_killed_run_continues_to_the_bits_of_one_that_was_not(preset, env, tmp_path):
+    generations, options = 30, {"organism.env": env, "organism.steps": 60}
+    sets = [one for name, value in options.items() for one in ("--set", f"{name}={value}")]
+    size = ["--generations", str(generations), "--population", "8", "--workers", "2", "--json"]
+    command = [sys.executable, "-m", "gaitsim", "run", preset, *sets, *size, "--out"]
+    with subprocess.Popen([*command, tmp_path / "killed"], stdout=subprocess.PIPE) as process:
+        for _ in range(3):
+            process.stdout.readline()
+        time.sleep(0.05)  # in the middle of a generation
+        process.kill()
+    killed = gs.load(tmp_path / "killed")
+    assert 0 < killed.generation < generations
+    size = {"generations": generations, "population": 8, "workers": 1}
+    whole = gs.evolve(preset, **size, set=options, out=tmp_path / "whole")
+    for search in (killed.resume(workers=1), whole):
+        for _ in search:
+            pass
+    found, expected = gs.load(killed.path), gs.load(tmp_path / "whole")
+    assert found.fingerprint() == expected.fingerprint()
+    assert np.array_equal(found.champion.genome, expected.champion.genome)
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,7 @@
 """Environments of Gymnasium as bodies of gaitsim: open-loop oscillators, and policies that see."""
 
-import math
-from collections.abc import Mapping
-from typing import Any, ClassVar, Literal, Self
+from collections.abc import Callable, Mapping
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import model_validator
@@ -30,8 +29,8 @@ from gaitsim_gymnasium.environments import (
     bodies_of,
     environments,
     joints_of,
-    places,
 )
+from gaitsim_gymnasium.episodes import Episodes, Failure, advance, reset
 from gaitsim_gymnasium.oscillators import oscillations, oscillator_space
 
 WARM_UP = 2_000  # steps in which the statistics of observations are measured
@@ -145,92 +144,53 @@ class Environment(Organism):
 
     def move(self, genomes: Genomes) -> Motion:
         """Run an episode for each individual, all in lock step, with the same seed."""
-        limits, count = self.limits, len(genomes)
-        robots = environments(self.env, count)
-        seed = int(self.world.get("seed", 0))
-        frames = limits.steps + 1
-        seen = np.zeros((count, frames, limits.observations))
-        actions = np.zeros((count, frames, limits.actions))
-        reward = np.zeros((count, frames))
-        bodies = np.zeros((count, frames, len(bodies_of(self.env)[0]), 3))
-        lasted = np.full(count, limits.steps)
-        failures: dict[int, str] = {}
-        noise = self._noise(seed, frames)
-        act = self._actor(genomes)
-        for row, robot in enumerate(robots):
-            seen[row, 0] = np.ravel(robot.reset(seed=seed)[0])
-            bodies[row, 0] = places(self.env, robot)
-        active = np.arange(count)
-        for step in range(1, frames):
-            wanted = act(active, step - 1, seen[active, step - 1], robots)
-            wanted = limits.clip(wanted + noise[step])
-            actions[active, step] = wanted
-            ended = np.zeros(len(active), dtype=np.bool_)
-            for at, row in enumerate(active):
-                robot, reason = robots[row], ""
-                try:
-                    found, gained, terminated, truncated, _ = robot.step(limits.shaped(wanted[at]))
-                    found = np.ravel(found)
-                    ended[at] = terminated or truncated
-                    if not (math.isfinite(gained) and np.isfinite(found).all()):
-                        reason = "returned a number that is not finite"
-                except Exception as error:  # whatever code the environment runs
-                    reason = f"failed with {type(error).__name__}: {error}"
-                if reason:
-                    failures[int(row)] = f"{self.env} {reason:.200} in step {step}"
-                    ended[at] = True
-                else:
-                    seen[row, step], reward[row, step] = found, gained
-                bodies[row, step] = places(self.env, robot)
-            for row in active[ended]:
-                lasted[row] = step
-                seen[row, step:] = seen[row, step if row not in failures else step - 1]
-                bodies[row, step:] = bodies[row, step]
-            active = active[~ended]
-            if not len(active):
-                break
-        bodies = np.nan_to_num(bodies)
-        channels = {
-            "observation": seen,
-            "action": actions,
-            "reward": reward,
-            "return": reward.sum(axis=1),
-            "lasted": lasted / limits.frame_rate,
-            "bodies": bodies,
-        }
-        return Motion(limits.frame_rate, channels, failures=failures)
+        limits, seed = self.limits, int(self.world.get("seed", 0))
+        episodes = Episodes(self.env, limits, len(genomes), seed)
+        policy = self._swinging if self.policy == "oscillators" else self._seeing
+        act, noise = policy(genomes), self._noise(seed)
+        while len(episodes.active):
+            episodes.advance(limits.clip(act(episodes) + noise[episodes.step]))
+        return episodes.motion()
 
-    def _noise(self, seed: int, frames: int) -> Array:
-        """Return the noise on all actions in each frame, (frames, actions)."""
+    def _noise(self, seed: int) -> Array:
+        """Return the noise on all actions in each step, (steps, actions)."""
         limits = self.limits
         share = self.world.get("action_noise", 0.0)
         if not share:
-            return np.zeros((frames, limits.actions))
-        drawn = np.random.default_rng(seed).standard_normal((frames, limits.actions))
+            return np.zeros((limits.steps, limits.actions))
+        shape = limits.steps + 1, limits.actions  # the first frame has no action
+        drawn = np.random.default_rng(seed).standard_normal(shape)[1:]
         return share * (limits.high - limits.low) * drawn
 
-    def _actor(self, genomes: Genomes) -> Any:
-        """Return the function that computes actions, (active, actions)."""
-        if self.policy == "oscillators":
-            wanted = oscillations(genomes, self.limits)
+    def _swinging(self, genomes: Genomes) -> Callable[[Episodes], Array]:
+        """Return the actions of oscillators as a function of the episodes, (active, actions)."""
+        joints = joints_of(self.env)
+        assert joints is not None, "checked by the validator"
+        wanted = oscillations(genomes, self.limits)
 
-            def swing(active: Array, step: int, seen: Array, robots: Any) -> Array:
-                joints = joints_of(self.env)
-                assert joints is not None, "checked by the validator"
-                angles = np.array([robots[row].unwrapped.data.qpos[joints.qpos] for row in active])
-                speeds = np.array([robots[row].unwrapped.data.qvel[joints.qvel] for row in active])
-                error = wanted[active, step] - angles
-                return np.asarray(self.stiffness * error - self.damping * speeds)
+        def swing(episodes: Episodes) -> Array:
+            robots = [episodes.robots[row].unwrapped.data for row in episodes.active]
+            angles = np.array([robot.qpos[joints.qpos] for robot in robots])
+            speeds = np.array([robot.qvel[joints.qvel] for robot in robots])
+            error = wanted[episodes.active, episodes.step] - angles
+            return np.asarray(self.stiffness * error - self.damping * speeds)
 
-            return swing
+        return swing
+
+    def _seeing(self, genomes: Genomes) -> Callable[[Episodes], Array]:
+        """Return the actions of networks as a function of the episodes, (active, actions)."""
         mean, deviation = np.array(self.mean), np.array(self.deviation)
+        middle, half = self.limits.middle, self.limits.half
         output = "tanh" if self.policy == "network" else "linear"
+        rows, network = None, Network.from_genes(self._sizes, genomes, output=output)
 
-        def see(active: Array, step: int, seen: Array, robots: Any) -> Array:
-            network = Network.from_genes(self._sizes, genomes[active], output=output)
-            limits = self.limits
-            found = network.activate(((seen - mean) / deviation)[..., None])[..., 0]
-            return limits.middle + found * limits.half
+        def see(episodes: Episodes) -> Array:
+            nonlocal rows, network
+            if rows is not episodes.active:
+                rows = episodes.active
+                network = Network.from_genes(self._sizes, genomes[rows], output=output)
+            inputs = (episodes.observations - mean) / deviation
+            return middle + network.activate(inputs[..., None])[..., 0] * half
 
         return see
 
@@ -267,14 +227,15 @@ def _statistics(env: str, limits: Limits) -> tuple[tuple[float, ...], tuple[floa
     """
     [robot] = environments(env, 1)
     rng = np.random.default_rng(0)
-    rows = [np.ravel(robot.reset(seed=0)[0])]
+    rows = [reset(robot, env, limits, seed=0)]
     for _ in range(WARM_UP):
         action = limits.low + (limits.high - limits.low) * rng.random(limits.actions)
-        seen, _, terminated, truncated, _ = robot.step(limits.shaped(action))
-        if terminated or truncated:
-            seen, _ = robot.reset()
-        rows.append(np.ravel(seen))
-    found = np.array(rows, np.float64)
+        try:
+            seen, _, ended = advance(robot, action, limits)
+        except Failure:
+            ended = True
+        rows.append(reset(robot, env, limits) if ended else seen)
+    found = np.array(rows)
     deviation = np.maximum(found.std(axis=0), 1e-3)
     return tuple(found.mean(axis=0).tolist()), tuple(deviation.tolist())
 

@@ -175,7 +175,7 @@ class Joints:
 def joints_of(env: str) -> Joints | None:
     """Return the joints of a robot in MuJoCo; None for other environments."""
     [robot] = environments(env, 1)
-    model = getattr(robot.unwrapped, "model", None)
+    model: Any = getattr(robot.unwrapped, "model", None)
     if not hasattr(model, "actuator_trnid"):
         return None
     joints = model.actuator_trnid[:, 0]

@@ -1,7 +1,7 @@
 """Videos by the environment's own renderer."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -56,7 +56,7 @@ class EnvironmentVideo(Exporter):
             ) from None
         finally:
             robot.close()
-        frames = [
+        frames: list[Any] = [
             np.asarray(picture)[: h - h % 2, : w - w % 2]
             for picture in pictures
             for h, w in [np.shape(picture)[:2]]
