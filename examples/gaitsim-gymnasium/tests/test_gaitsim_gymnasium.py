@@ -12,6 +12,7 @@ import pytest
 from gaitsim_gymnasium import Environment
 from gaitsim_gymnasium.environments import action_limits
 from gaitsim_gymnasium.oscillators import oscillations
+from imageio.v3 import imiter
 
 import gaitsim as gs
 from gaitsim import evaluate, load_experiment
@@ -145,6 +146,24 @@ def test_a_killed_run_continues_to_the_bits_of_one_that_was_not(preset, env, tmp
     found, expected = gs.load(killed.path), gs.load(tmp_path / "whole")
     assert found.fingerprint() == expected.fingerprint()
     assert np.array_equal(found.champion.genome, expected.champion.genome)
+
+
+def test_a_video_has_a_picture_for_each_step(tmp_path):
+    size = {"generations": 1, "population": 4, "workers": 1}
+    options = {"organism.env": "Swimmer-v5"}
+    [_] = gs.evolve("gymnasium", **size, set=options, out=tmp_path / "run")
+    run, path = gs.load(tmp_path / "run"), tmp_path / "swimmer.mp4"
+    try:
+        run.export(path, "gymnasium-video", seconds=0.12)
+    except GaitsimError as error:
+        if "cannot draw" not in str(error):
+            raise
+        pytest.skip(str(error))
+    pictures = [*imiter(path, plugin="pyav")]
+    assert len(pictures) == 4
+    assert not np.array_equal(pictures[0], pictures[-1])
+    with pytest.raises(GaitsimError, match="unknown extension"):
+        run.export(tmp_path / "swimmer.gif", "gymnasium-video")
 
 
 @pytest.mark.parametrize(
