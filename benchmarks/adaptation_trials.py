@@ -1,16 +1,18 @@
 """Adaptation of the spider beyond its atlas, in three simulators, and of robots of another scale.
 
-For the loss of each leg and each adjacent pair, 20 trials: gaits of the atlas, then changes of the
-best. The simulators are the kinematic body, its twin in MuJoCo, and the twin in PyBullet as a robot
-of unknown scale with visible damage. Then, in kinematics, the number of trials of robots that walk
-40 to 150 % as far as the simulation. Atlases and results in FOLDER, made with `adaptation.py` or
-here, are reused. If it is interrupted, start it again to continue.
+For the loss of each leg and each adjacent pair, up to 20 trials: gaits of the atlas, then changes
+of the best. The simulators are the kinematic body and its twin in MuJoCo, each with unknown and
+with visible damage, and the twin in PyBullet with visible damage, until a gait walks. Then, in
+kinematics, the number of trials of robots that walk 40 to 150 % as far as the simulation. Atlases
+and results in FOLDER, made with `adaptation.py` or here, are reused. If it is interrupted, start it
+again to continue.
 
     python benchmarks/adaptation_trials.py FOLDER [--seeds 10] [--generations 400]
 """
 
 import argparse
 import json
+import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -39,11 +41,16 @@ from gaitsim.gait.changed import play_on, twin_of
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 
-TRIALS, OF_MAP = 20, 5  # all trials, and at most those of the map
-SLOW_TRIALS = 10  # all trials in PyBullet, where a gait takes four seconds
+OF_MAP = 5  # the most trials of gaits of the map
+COUNTS = {  # all trials, at most; in PyBullet, a gait takes four seconds
+    "kinematics": 20,
+    "twin": 20,
+    "kinematics-visible": 10,
+    "twin-visible": 10,
+    "bullet": 4,
+}
 SCALES = (1.0, 0.4, 0.6, 0.8, 1.5)
-SPEED = 0.125  # m/s, of a gait that walks
-SIMULATORS = ("kinematics", "twin", "bullet")
+WALKS = 1.25  # m in 10 s, of a gait that walks in PyBullet
 
 
 def losses(prior: Prior) -> list[tuple[str, ...]]:
@@ -58,11 +65,17 @@ def kind_of(damage: Sequence[str]) -> str:
 
 
 def robot_in(simulator: str, prior: Prior, damage: Sequence[str]) -> MeasureGait:
-    """Return a function that measures gaits in a simulator."""
+    """Return a function that measures gaits in a simulator; in PyBullet, a fall is 0 m."""
     if simulator != "bullet":
-        return simulated_robot(prior.experiment, damage, physics=simulator == "twin")
+        return simulated_robot(prior.experiment, damage, physics=simulator.startswith("twin"))
     body = with_overrides(twin_of(prior.experiment, damage), {"organism.engine": "bullet"})
-    return lambda gait: float(performance_of(body, play_on(gait, body).motion, "forward")[0])
+
+    def measure(gait: Individual) -> float:
+        found = play_on(gait, body)
+        fell = frames_before_fall(found) < len(found.skeleton.path)
+        return 0.0 if fell else float(performance_of(body, found.motion, "forward")[0])
+
+    return measure
 
 
 def try_gaits(
@@ -71,9 +84,13 @@ def try_gaits(
     settings: AdaptationSettings,
     *,
     changes: bool,
-    count: int = TRIALS,
+    count: int = 20,
+    enough: float = math.inf,
 ) -> list[Trial]:
-    """Return the trials of the atlas, and with `changes` further ones of changes of the best."""
+    """Return the trials of the atlas, and with `changes` further ones of changes of the best.
+
+    With changes, they end after `count` trials, or once one measures `enough`.
+    """
     if not changes:
         return [*adapt(prior, measure, settings)]
     every = replace(settings, refine=MOST_TRIALS)
@@ -81,51 +98,36 @@ def try_gaits(
     while len(trials) < count and (proposal := propose(prior, trials, every)):
         measured = measure(individual_of(prior, proposal))
         trials.append(Trial(**vars(proposal), measured=measured))
+        if measured >= enough:
+            break
     return trials
-
-
-def walks(best: Individual, prior: Prior, damage: Sequence[str]) -> bool:
-    """Return whether a gait walks in PyBullet, without a fall."""
-    body = with_overrides(twin_of(prior.experiment, damage), {"organism.engine": "bullet"})
-    found = play_on(best, body)
-    skeleton = found.skeleton
-    forward = float(found.measures["forward"])
-    seconds = len(skeleton.path) / skeleton.frame_rate
-    return frames_before_fall(found) == len(skeleton.path) and forward >= SPEED * seconds
 
 
 def measure_losses(run: gs.Run, simulator: str) -> dict[str, Any]:
     """Return the trials after each loss, and the best of the map on the intact body."""
-    prior = read_prior(run.snapshot)
+    prior, measured = read_prior(run.snapshot), dict[int, float]()
     settings = AdaptationSettings(trials=OF_MAP)
+    enough = WALKS if simulator == "bullet" else math.inf
+    visible = simulator not in ("kinematics", "twin")
     with ThreadPoolExecutor(2) as pool:
-        if simulator == "twin":
+        if simulator.startswith("twin"):
             intact = simulated_robot(prior.experiment, (), physics=True)
-            prior = transfer_map(prior, measure_intact(run.snapshot, prior, intact, pool))
-        elif simulator == "bullet":
-            settings = replace(settings, scale=None)
+            measured = measure_intact(run.snapshot, prior, intact, pool)
 
         def case(damage: tuple[str, ...]) -> dict[str, Any]:
-            known = replace(prior, damaged=None)
-            if simulator == "bullet":
-                known = read_prior(run.snapshot, damage=damage)
-            count = SLOW_TRIALS if simulator == "bullet" else TRIALS
+            known = read_prior(run.snapshot, damage=damage) if visible else prior
+            known = transfer_map(known, measured) if measured else known
             robot = robot_in(simulator, prior, damage)
-            trials = try_gaits(known, robot, settings, changes=True, count=count)
+            count = COUNTS[simulator]
+            trials = try_gaits(known, robot, settings, changes=True, count=count, enough=enough)
             of_map = [trial for trial in trials if not trial.genome]
-            best = max(trials, key=lambda trial: trial.measured)
-            found = {
-                "damage": damage,
-                "map": len(of_map),
-                "measured": [trial.measured for trial in trials],
-            }
-            if simulator == "bullet":
-                found["walks"] = walks(individual_of(prior, best), prior, damage)
-            return found
+            values = [trial.measured for trial in trials]
+            return {"damage": damage, "map": len(of_map), "measured": values}
 
         # PyBullet holds the interpreter's lock, so its threads only take turns.
         cases = [*pool.map(case, losses(prior))]
-    return {"best": prior.best, "cases": cases}
+    best = (transfer_map(prior, measured) if measured else prior).best
+    return {"best": best, "cases": cases}
 
 
 def measure_scales(run: gs.Run) -> dict[str, Any]:
@@ -159,7 +161,8 @@ def print_losses(simulator: str, results: Sequence[dict[str, Any]]) -> None:
     """Print medians over losses and atlases, by the kind of loss."""
     best = np.median([result["best"] for result in results])
     print(f"\n{simulator}: {len(results)} atlases, best of the map {best:.2f} m")
-    print("| lost (cases) | trials of the map | after 3, % | the map, % | after 20, % | m |")
+    last = COUNTS[simulator]
+    print(f"| lost (cases) | trials of the map | after 3, % | the map, % | after {last}, % | m |")
     print("| --- | --- | --- | --- | --- | --- |")
     for kind in ("one leg", "adjacent pair"):
         cases = [
@@ -179,12 +182,16 @@ def print_losses(simulator: str, results: Sequence[dict[str, Any]]) -> None:
 
         metres = np.median([max(one["measured"]) for one, _ in cases])
         trials = np.median([one["map"] for one, _ in cases])
-        cells = (f"{kind} ({len(cases)})", f"{trials:g}", after(3), after(None), after(20))
+        cells = (f"{kind} ({len(cases)})", f"{trials:g}", after(3), after(None), after(last))
         print(f"| {' | '.join(cells)} | {metres:.2f} |")
-    if "walks" in results[0]["cases"][0]:
+    if simulator == "bullet":
         for at, case in enumerate(results[0]["cases"]):
-            count = sum(result["cases"][at]["walks"] for result in results)
-            print(f"{', '.join(case['damage'])}: walks in {count} of {len(results)} atlases")
+            every = [result["cases"][at]["measured"] for result in results]
+            walked = [len(values) for values in every if max(values) >= WALKS]
+            print(
+                f"{', '.join(case['damage'])}: {len(walked)} of {len(every)} walk, after "
+                f"{max(walked, default=0)} trials or fewer"
+            )
 
 
 def print_scales(results: Sequence[dict[str, Any]]) -> None:
@@ -210,7 +217,7 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--seeds", type=int, default=10)
     parser.add_argument("--generations", type=int, default=400, help="of 1,000 gaits")
-    parser.add_argument("--simulators", nargs="*", default=SIMULATORS)
+    parser.add_argument("--simulators", nargs="*", default=[*COUNTS])
     given = parser.parse_args()
     runs = []
     for seed in range(given.seeds):

@@ -733,7 +733,7 @@ class Run(ReprMixin):
                 the damage that you see, which improves the predictions.
             physics: whether the trials take place on the body's twin, its version in rigid-body
                 physics.
-            visible: whether the damage to the twin also serves the predictions.
+            visible: whether the damage to the body in simulation also serves the predictions.
             robot: function that plays an individual on your robot and returns its performance. With
                 True, or without `robot`, damage and physics, you record each trial with `record()`.
             scale: performance of the intact robot as a share of that in simulation, or the name of

@@ -10,15 +10,15 @@ import numpy as np
 
 import gaitsim as gs
 
-# Case: preset, environment, individuals, generations, published return. The gains of the
-# oscillators were chosen on seed 100.
+# Case: preset, individuals, generations, published return. Gains of the oscillators, and initial
+# weights and covariance of linear policies were chosen on seed 100.
 CASES = {
     "oscillators-Swimmer-v5": ("gymnasium", 16, 40, "351, Raffin et al. 2024"),
     "oscillators-HalfCheetah-v5": ("gymnasium", 16, 125, "3960, Raffin et al. 2024"),
-    "linear-Swimmer-v5": ("gymnasium-linear", 16, 80, "325, reached by Mania et al. 2018"),
-    "linear-Hopper-v5": ("gymnasium-linear", 40, 200, "3120, reached by Mania et al. 2018"),
-    "linear-HalfCheetah-v5": ("gymnasium-linear", 40, 200, "3430, reached by Mania et al. 2018"),
-    "linear-Walker2d-v5": ("gymnasium-linear", 40, 400, "4390, reached by Mania et al. 2018"),
+    "linear-Swimmer-v5": ("gymnasium-linear", 16, 20, "325, reached by Mania et al. 2018"),
+    "linear-Hopper-v5": ("gymnasium-linear", 20, 100, "3120, reached by Mania et al. 2018"),
+    "linear-HalfCheetah-v5": ("gymnasium-linear", 20, 100, "3430, reached by Mania et al. 2018"),
+    "linear-Walker2d-v5": ("gymnasium-linear", 20, 200, "4390, reached by Mania et al. 2018"),
 }
 
 

@@ -106,7 +106,7 @@ class Adapt(Action):
     )
     visible: bool = option(
         False,
-        "with --physics: predict from the damaged kinematic body, too, as if you saw the damage",
+        "predict from the damaged kinematic body, too, as if you saw the damage",
         panel=TRIALS,
     )
     kappa: float | None = option(
@@ -248,9 +248,9 @@ class Adapt(Action):
         changes, flags = self.flags_of(*CHANGES), self._of_robot
         if self.physics and flags:
             raise not_combinable(flags[0], "--physics", "--physics for trials in simulation")
-        if self.visible and not (self.physics and self.damage):
+        if self.visible and (self.place == "robot" or not self.damage):
             raise GaitsimError(
-                "--visible needs --physics and --damage",
+                "--visible needs --damage to a body in simulation",
                 where="--visible",
                 remedy="omit it; --damage of a robot is always visible",
             )

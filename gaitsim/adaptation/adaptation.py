@@ -110,7 +110,7 @@ class Session:
         said: results in the order in which they were given.
         intact: for trials in physics, the measured performance of the most promising gaits on the
             intact body in rigid-body physics, by member; {} before they are measured.
-        known: whether the damage to a twin in physics also serves the predictions.
+        known: whether the damage to the body in simulation also serves the predictions.
         gait_format: format of the gait files for a robot.
         unit: unit of results without a unit; '' for that of the measure.
         course: distance for which a robot's time is measured, m; None for other results.
@@ -580,7 +580,7 @@ def open_adaptation(
         settings: fields of `AdaptationSettings` by name. Other fields have their values from the
             file, or their defaults without a file; for a robot, the scale is then unknown, and the
             best gait is measured twice more after changed gaits.
-        known: whether the damage to a twin in physics also serves the predictions.
+        known: whether the damage to the body in simulation also serves the predictions.
         answers: fields `gait_format`, `unit` and `course` of `Session`; others are from the file.
         record: whether to save the trials in a file in the run's folder.
         name: name of that file; None for a name that describes the damage or the place.

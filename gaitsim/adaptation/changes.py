@@ -15,7 +15,7 @@ from gaitsim.portable import standard_normal
 CANDIDATES = 300
 STEPS = (0.01, 0.03, 0.06)  # standard deviations of a changed gene, as a share of its range
 SHARE = 1 / 3  # of the genes that change
-ROUNDS, KEPT = 2, 50  # rounds that change the best candidates again, and the candidates kept
+ROUNDS, KEPT = 8, 50  # rounds that change the best candidates again, and the candidates kept
 LENGTH_SCALE = 0.3  # distance in genes, as a share of their ranges
 NOISE = 0.01  # variance of a measurement, as a share of that of the trials
 KAPPA = 0.5  # weight of the uncertainty

@@ -114,7 +114,7 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
         (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
         ((*LOST, "--measure", "speed"), "unknown measure"),
         ((*LOST, "--stop", "nan"), "invalid 'stop'"),
-        ((*LOST, "--visible"), "--physics"),
+        (("--visible",), "--damage"),
         (("--physics", "--interactive"), "cannot be combined"),
         ((*LOST, "--physics"), "twin"),
         (("--interactive", "--name", "../up"), "name"),

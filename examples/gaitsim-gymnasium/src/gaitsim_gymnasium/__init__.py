@@ -34,6 +34,7 @@ from gaitsim_gymnasium.episodes import Episodes, Failure, advance, reset
 from gaitsim_gymnasium.oscillators import oscillations, oscillator_space
 
 WARM_UP = 2_000  # steps in which the statistics of observations are measured
+SPREAD = 0.1  # deviation of the first weights; large weights only ever saturate the actions
 
 
 class Environment(Organism):
@@ -119,8 +120,8 @@ class Environment(Organism):
         if self.policy == "oscillators":
             return oscillator_space(self.limits.actions)
         sizes = self._sizes
-        bound = np.full(gene_count(sizes), 3.0)
-        return RealSpace(-bound, bound, gene_labels(sizes))
+        ones = np.ones(gene_count(sizes))
+        return RealSpace(-3 * ones, 3 * ones, gene_labels(sizes), initial_sigma=SPREAD * ones)
 
     def conditions(self) -> Mapping[str, Condition]:
         """Return noise on the actions; the key `seed` of a world is the seed of the episode."""
