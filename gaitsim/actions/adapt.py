@@ -34,7 +34,53 @@ DEFAULT = AdaptationSettings()
 SETTINGS = "trials", "stop", "refine", "kappa", "length_scale", "noise"
 
 
-class Adapt(Action):
+class AdaptOptions(Action):
+    """The options of each adaptation."""
+
+    atlas: str = argument(
+        "run that holds the atlas: a run of map-elites, by name or folder", "ATLAS"
+    )
+    trials: int | None = option(
+        None,
+        "maximum number of trials",
+        unset=f"{DEFAULT.trials}",
+        ge=1,
+        le=MOST_TRIALS,
+        panel=TRIALS,
+    )
+    refine: int | None = option(
+        None,
+        "number of small changes of the best gait to try after the gaits of the atlas",
+        unset="0",
+        ge=0,
+        le=MOST_TRIALS,
+        panel=TRIALS,
+    )
+    unit: str | None = option(
+        None,
+        "unit of results without a unit, such as cm",
+        unset="the unit of the measure, or s with --course",
+        placeholder="UNIT",
+        panel=ROBOT,
+    )
+    scale: str | None = option(
+        None,
+        "performance of the intact robot as a share of that in simulation, or the --name of trials "
+        "on the intact robot that measured it",
+        unset="estimated from the trials",
+        placeholder="NUMBER|NAME",
+        panel=ROBOT,
+    )
+    name: str | None = option(
+        None,
+        "name of the adaptation",
+        unset="derived from the damage, or 'robot'",
+        placeholder="NAME",
+    )
+    fresh: bool = option(False, "start over: delete the earlier trials of this adaptation")
+
+
+class Adapt(AdaptOptions):
     """Find a gait for a damaged body in a few trials, guided by an atlas.
 
     An atlas holds the best gait for each way of using the legs; see 'gaitsim atlas'. A Gaussian
@@ -63,9 +109,6 @@ class Adapt(Action):
 
     model_config = ConfigDict(allow_inf_nan=True)  # the settings themselves explain their limits
 
-    atlas: str = argument(
-        "run that holds the atlas: a run of map-elites, by name or folder", "ATLAS"
-    )
     damage: Names | None = option(None, f"simulate {DAMAGE_HELP}", placeholder="TEXT")
     robot: bool = option(
         False,
@@ -82,26 +125,10 @@ class Adapt(Action):
         unset="'forward', the distance walked forward in metres",
         placeholder="NAME",
     )
-    trials: int | None = option(
-        None,
-        "maximum number of trials",
-        unset=f"{DEFAULT.trials}",
-        ge=1,
-        le=MOST_TRIALS,
-        panel=TRIALS,
-    )
     stop: float | None = option(
         None,
         "stop once the best trial reaches this share of the best value predicted for any gait",
         unset=f"{DEFAULT.stop}",
-        panel=TRIALS,
-    )
-    refine: int | None = option(
-        None,
-        "number of small changes of the best gait to try after the gaits of the atlas",
-        unset="0",
-        ge=0,
-        le=MOST_TRIALS,
         panel=TRIALS,
     )
     visible: bool = option(
@@ -152,21 +179,6 @@ class Adapt(Action):
     sure: bool = option(
         False, "accept results above twice the best expected performance", panel=ROBOT
     )
-    scale: str | None = option(
-        None,
-        "performance of the intact robot as a share of that in simulation, or the --name of trials "
-        "on the intact robot that measured it",
-        unset="estimated from the trials",
-        placeholder="NUMBER|NAME",
-        panel=ROBOT,
-    )
-    unit: str | None = option(
-        None,
-        "unit of results without a unit, such as cm",
-        unset="the unit of the measure, or s with --course",
-        placeholder="UNIT",
-        panel=ROBOT,
-    )
     course: float | None = option(
         None,
         "results are times for this distance; shorter is better",
@@ -179,13 +191,6 @@ class Adapt(Action):
     format: GaitFormat | None = option(
         None, "format of the gait files", unset="that of the earlier files, or mat", panel=ROBOT
     )
-    name: str | None = option(
-        None,
-        "name of the adaptation",
-        unset="derived from the damage, or 'robot'",
-        placeholder="NAME",
-    )
-    fresh: bool = option(False, "start over: delete the earlier trials of this adaptation")
     champion: str | None = option(
         None,
         "also compare with the champion of this run, on the intact body",

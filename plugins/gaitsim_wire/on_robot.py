@@ -6,7 +6,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import RUN_OR_CODE, Action, ChosenIndividual, argument
+from gaitsim.actions.action import RUN_OR_CODE, ChosenIndividual, argument
+from gaitsim.actions.adapt import Adapt, AdaptOptions, ask, confirmed, question
 from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 READY = "Put the robot at its start. Enter plays the gait; Space then stops the robot: "
 
 
-class AdaptRobot(Action, WireOptions):
+class AdaptRobot(AdaptOptions, WireOptions):
     """Find a gait for a damaged robot in a few trials, which the robot plays.
 
     As 'gaitsim adapt ATLAS --interactive', but each proposed gait is streamed to the servos of
@@ -35,36 +36,12 @@ class AdaptRobot(Action, WireOptions):
     gaitsim robots adapt ATLAS --port robot.port --calibration servos.toml --imu
     """
 
-    atlas: str = argument(
-        "run that holds the atlas: a run of map-elites, by name or folder", "ATLAS"
-    )
     damage: Names | None = option(
         None, "damage that you see, which improves the predictions", placeholder="TEXT"
     )
-    refine: int | None = option(
-        None,
-        "number of small changes of the best gait to try after the gaits of the atlas",
-        unset="0",
-        ge=0,
-        le=1000,
-    )
-    trials: int | None = option(
-        None, "maximum number of trials of the atlas's gaits", unset="20", ge=1, le=1000
-    )
-    unit: str | None = option(
-        None,
-        "unit of results without a unit, such as cm",
-        unset="the unit of the measure",
-        placeholder="UNIT",
-    )
-    name: str | None = option(
-        None, "name of the adaptation", unset="derived from the damage", placeholder="NAME"
-    )
-    fresh: bool = option(False, "start over: delete the earlier trials of this adaptation")
 
     def do(self) -> None:
         """Propose gaits, play them, and ask for their results."""
-        from gaitsim.actions.adapt import Adapt, ask
         from gaitsim.adaptation.adaptation import default_name, normalise_damage
         from gaitsim.console import INTERRUPTED
         from gaitsim.console.adaptation_view import AdaptationView
@@ -76,7 +53,7 @@ class AdaptRobot(Action, WireOptions):
         self.check_wire()
         run = RunSnapshot.find(self.atlas)
         name = self.name or default_name("robot", normalise_damage(self.damage or ()))
-        names = ("damage", "refine", "trials", "unit", "fresh")
+        names = ("damage", "refine", "trials", "unit", "scale", "fresh")
         action = Adapt(
             atlas=self.atlas,
             robot=True,
@@ -186,7 +163,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
         log = read_log(folder / FILE)
         if log is None:
             gait_of(individual)  # the body can be played
-            log = Log(code_of(individual), **{**DEFAULTS, **given})
+            log = Log(code_of(individual), **given)
             echo(f"{folder}: a new search around {individual.title}")
         changed = [name for name, value in given.items() if getattr(log, name) != value]
         if changed:
@@ -203,7 +180,6 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def _try_next(self, search: RobotSearch, reading: Reading) -> bool:
         """Play the next gait and record its result; return False if the user quits."""
-        from gaitsim.actions.adapt import question
         from gaitsim.console.printing import echo, notice
 
         number = len(search.log.trials) + 1
@@ -234,7 +210,6 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def _doubted(self, search: RobotSearch, distance: float) -> bool:
         """Ask about a distance, m, above twice that of the first gait in simulation."""
-        from gaitsim.actions.adapt import confirmed
         from gaitsim.adaptation.adaptation import DOUBTFUL
 
         limit = search.expected
@@ -259,9 +234,6 @@ class EvolveRobot(ChosenIndividual, WireOptions):
         echo(f"Best: {_line(search, search.log.trials.index(best) + 1, best)}")
         report_files(file)
         echo("  " + command("drive", file, "--port", self.port, "--calibration", self.calibration))
-
-
-DEFAULTS = {"population": 6, "step": 0.05, "turn_weight": 0.5, "seed": 0}
 
 
 def _ready(*others: str) -> str:

@@ -135,10 +135,10 @@ class Log:
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
 
     code: str
-    population: int
-    seed: int
-    step: float
-    turn_weight: float
+    population: int = 6
+    seed: int = 0
+    step: float = 0.05
+    turn_weight: float = 0.5
     trials: tuple[Trial, ...] = ()
     format: Literal[1] = 1
 
