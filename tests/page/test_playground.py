@@ -62,17 +62,9 @@ def ended(search):
     return search
 
 
-@pytest.mark.parametrize(
-    "runs",
-    [
-        [
-            (0, "random", "", {}, 12),
-            (7, "body", "L2", {"slip_weight": 1.3, "safe_margin": 0.03}, 8),
-        ],
-        pytest.param([(n, "random", "", {}, 100) for n in range(2)], marks=pytest.mark.slow),
-    ],
-)
-def test_a_seed_gives_the_bits_of_python_and_a_code_to_verify(script, tmp_path, runs):
+def test_a_seed_gives_the_bits_of_python_and_a_code_to_verify(script, tmp_path):
+    weights = {"slip_weight": 1.3, "safe_margin": 0.03}
+    runs = [(0, "random", "", {}, 12), (7, "body", "L2", weights, 8)]
     for number, (run, found) in enumerate(
         zip(runs, call(script, EVOLVE, {"runs": runs}), strict=True)
     ):
@@ -131,66 +123,102 @@ CONTROLS = """() => [
 })"""
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(CHROMIUM is None, reason="needs Chromium")
-def test_visitors_evolve_a_spider_change_the_rules_and_carry_codes(tmp_path):
+@pytest.fixture(scope="module")
+def browser():
+    """Chromium."""
+    if CHROMIUM is None:
+        pytest.skip("needs Chromium")
     playwright = pytest.importorskip("playwright.sync_api", reason="needs Playwright")
-    write_page(tmp_path / "page.html", seed=2)
-    address, events = (tmp_path / "page.html").as_uri(), []
+    options = {"executable_path": CHROMIUM, "args": [*FLAGS, "--enable-unsafe-swiftshader"]}
     with playwright.sync_playwright() as driver:
-        browser = driver.chromium.launch(
-            executable_path=CHROMIUM, args=[*FLAGS, "--enable-unsafe-swiftshader"]
-        )
-        opened = browser.new_context(
-            offline=True, viewport={"width": 390, "height": 844}, has_touch=True
-        ).new_page()
-        for event in ("console", "pageerror", "dialog"):
-            opened.on(event, lambda found: events.append(str(found)))
+        yield driver.chromium.launch(**options)
+
+
+@pytest.fixture
+def visit(browser, tmp_path):
+    """A function that opens the page, without a network, in the state that options give."""
+    events, contexts = [], []
+
+    def visit(seed=2, without=b"", **options):
+        path = tmp_path / "page.html"
+        write_page(path, seed)
+        path.write_bytes(path.read_bytes().replace(without, b""))
+        contexts.append(browser.new_context(offline=True, **options))
+        opened = contexts[-1].new_page()
         opened.on("request", lambda found: events.append(found.url))
-        opened.goto(address)
-        opened.get_by_label("Generations").select_option("as fast as possible")
-        opened.get_by_text("The same run on your computer").click()
+        if not without:
+            for event in ("console", "pageerror", "dialog"):
+                opened.on(event, lambda found: events.append(str(found)))
+        opened.goto(path.as_uri())
+        return opened
+
+    yield visit
+    for context in contexts:
+        context.close()
+    assert [one for one in events if not one.startswith(("file:", "blob:null/"))] == []
+
+
+@pytest.mark.slow
+def test_seeds_give_the_bits_of_python_in_a_browser(visit, tmp_path):
+    opened = visit(seed=2)
+    opened.get_by_label("Generations").select_option("as fast as possible")
+    opened.get_by_text("The same run on your computer").click()
+    for seed in (2, 3, 4):
         fingerprint = opened.get_by_text("Fingerprint after 100 generations")
         fingerprint.wait_for()
-        here = python_run(tmp_path / "run", 2, "random", "", {}, 100)
-        assert here.fingerprint() in fingerprint.inner_text()
-        assert "--seed 2" in opened.get_by_label("Commands of the same run").input_value()
-        opened.get_by_role("button", name="Pause").tap()
-        opened.get_by_label("Missing leg").select_option("L2")
-        opened.get_by_text("What the score punishes").click()
-        opened.get_by_label("slip weight").press("ArrowRight")
-        assert opened.get_by_label("slip weight").get_attribute("aria-valuetext") == "0.55"
-        opened.get_by_role("button", name="Copy its code").tap()
-        opened.get_by_label("Code of the champion").wait_for()
-        code = opened.get_by_label("Code of the champion").input_value()
-        challenge = Challenge.read(code)
-        assert verify_challenge(challenge).identical
-        assert challenge.experiment.organism.damage == ("L2 lost",)
-        assert challenge.experiment.fitness.slip_weight == 0.55
-        commands = opened.get_by_label("Commands of the same run").input_value()
-        assert "gaitsim resume learned" in commands
-        assert "'organism.damage=[\"L2 lost\"]' --set fitness.slip_weight=0.55" in commands
-        place = opened.get_by_label("Code of a gait")
-        for text, answer in (
-            ("<img src=x onerror=alert(1)>", "not the code"),
-            (code, "as the code says"),
-        ):
-            place.fill(text)
-            opened.get_by_role("button", name="Play").tap()
-            opened.get_by_text(answer).wait_for()
-        opened.get_by_role("button", name="Back to the champion").tap()
-        assert [one for one in opened.evaluate(CONTROLS) if not one[1]] == []
-        width = opened.evaluate("document.documentElement.scrollWidth")
-        assert width <= 390
-        opened.get_by_role("button", name="Learn again").tap()
-        commands = opened.get_by_label("Commands of the same run")
-        playwright.expect(commands).to_have_value(re.compile("--seed 3"))
-        # Without WebAssembly, and without workers.
-        for missing in (b" 'wasm-unsafe-eval'", b"worker-src blob:"):
-            less = (tmp_path / "page.html").read_bytes().replace(missing, b"")
-            (tmp_path / "less.html").write_bytes(less)
-            other = browser.new_context(offline=True).new_page()
-            other.goto((tmp_path / "less.html").as_uri())
-            other.get_by_text("cannot evolve the spider").wait_for()
-        browser.close()
-    assert [one for one in events if not one.startswith(("file:", "blob:null/"))] == []
+        found = fingerprint.inner_text()
+        assert f"--seed {seed} " in opened.get_by_label("Commands of the same run").input_value()
+        opened.get_by_role("button", name="Learn again").click()
+        here = python_run(tmp_path / str(seed), seed, "random", "", {}, 100)
+        assert here.fingerprint() in found
+
+
+@pytest.mark.slow
+def test_visitors_change_the_rules_and_carry_codes(visit):
+    opened = visit(viewport={"width": 390, "height": 844}, has_touch=True)
+    opened.get_by_text("The same run on your computer").click()
+    opened.get_by_text("the champion walks").wait_for()
+    opened.get_by_role("button", name="Pause").tap()
+    opened.get_by_label("Missing leg").select_option("L2")
+    opened.get_by_text("What the score punishes").click()
+    opened.get_by_label("slip weight").press("ArrowRight")
+    assert opened.get_by_label("slip weight").get_attribute("aria-valuetext") == "0.55"
+    opened.get_by_role("button", name="Copy its code").tap()
+    opened.get_by_label("Code of the champion").wait_for()
+    code = opened.get_by_label("Code of the champion").input_value()
+    challenge = Challenge.read(code)
+    assert verify_challenge(challenge).identical
+    assert challenge.experiment.organism.damage == ("L2 lost",)
+    assert challenge.experiment.fitness.slip_weight == 0.55
+    commands = opened.get_by_label("Commands of the same run").input_value()
+    assert "gaitsim resume learned" in commands
+    assert "'organism.damage=[\"L2 lost\"]' --set fitness.slip_weight=0.55" in commands
+    place = opened.get_by_label("Code of a gait")
+    for text, answer in (
+        ("<img src=x onerror=alert(1)>", "not the code"),
+        (code, "as the code says"),
+    ):
+        place.fill(text)
+        opened.get_by_role("button", name="Play").tap()
+        opened.get_by_text(answer).wait_for()
+    opened.get_by_text("The gait of the code").wait_for()
+    opened.get_by_role("button", name="Back to the champion").tap()
+    opened.get_by_text("the champion walks").wait_for()
+    assert [one for one in opened.evaluate(CONTROLS) if not one[1]] == []
+    assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+@pytest.mark.slow
+def test_visitors_who_reduce_motion_begin_by_themselves(visit):
+    opened = visit(reduced_motion="reduce")
+    opened.get_by_text("Press Continue to begin").wait_for()
+    opened.get_by_role("button", name="Copy its code").click()
+    opened.get_by_text("Generation 1:").wait_for()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("missing", [b" 'wasm-unsafe-eval'", b"worker-src blob:"])
+def test_a_browser_without_webassembly_or_workers_is_told(visit, missing):
+    opened = visit(without=missing)
+    opened.get_by_text("cannot evolve the spider").wait_for()
+    assert opened.get_by_role("button", name="Learn again").is_disabled()

@@ -39,6 +39,9 @@ class Playground {
     this.place = { x: 0, y: 0, yaw: 0 }; // of the body on the ground
     this.frame = 0;
     this.path = [];
+    // It stands with straight legs until the first generation.
+    const stride = { angles: new Float32Array(3 * this.legs.length), steps: new Float32Array(3) };
+    this.champion = { stride, lost: "" };
     this.runs = 0;
     this.still = matchMedia("(prefers-reduced-motion: reduce)").matches; // moves only on demand
     this.actions = {
@@ -51,6 +54,7 @@ class Playground {
       ...{ speed() {}, step() {}, help() {} },
     };
     root.replaceChildren(this._page(), this.announcer.root);
+    this._tell("Loading …");
     this._open();
     this._paint(this.themes.theme);
     gaitsim.listenToKeys(this.actions);
@@ -60,7 +64,7 @@ class Playground {
   _page() {
     const { title, description, made } = this.data;
     this.canvas = element("canvas", { tabindex: "0", role: "img", "aria-label": "The champion in 3D" });
-    this.caption = element("p", { class: "caption", "aria-hidden": "true" }, "Loading …");
+    this.caption = element("p", { class: "caption", "aria-hidden": "true" });
     const { tools } = new gaitsim.Controls(this.actions);
     this.panel = element(
       "aside", { class: "panel", "aria-label": "Evolution" },
@@ -162,15 +166,20 @@ class Playground {
     }
     this.ground = new gaitsim.Ground(null, 0, null);
     this.stage.setGround(this.ground);
-    this._wear("");
     const reach = 0.6 * this.data.body.clip.span;
     this.stage.frame(new gaitsim.Box().add(0, 0, 0, reach));
+    this._wearChampion();
     this.stage.animate((seconds) => this._walk(seconds));
   }
 
   /** Draw the body without a leg. @param {string} lost */
   _wear(lost) {
-    if (!this.stage || this.worn === lost) return;
+    if (!this.stage) return;
+    if (this.worn !== lost) this._build(lost);
+    this._show(0);
+  }
+
+  _build(lost) {
     this.worn = lost;
     if (this.body) this.stage.remove(this.body);
     const { clip } = this.data.body;
@@ -185,7 +194,7 @@ class Playground {
   /** Walk on; a new gait continues where the last one is. @param {number} seconds */
   _walk(seconds) {
     const { stride } = this;
-    if (!stride || (this.still && !this.running)) return true;
+    if (this.still && !this.running && !this.guesting) return true;
     const count = stride.steps.length / 3;
     let left = seconds * this.data.frameRate;
     while (left > 0) {
@@ -244,7 +253,7 @@ class Playground {
   _fail() {
     if (this.failed) return;
     this.failed = true;
-    this.caption.textContent = "";
+    this._tell("");
     this.panel.prepend(element("p", { class: "failure", role: "alert" }, UNSUPPORTED));
     for (const one of this.panel.querySelectorAll("button, select, input, textarea")) one.disabled = true;
   }
@@ -255,12 +264,14 @@ class Playground {
 
   _ready() {
     this.begin();
-    this.caption.textContent = "Paused";
+    this._tell("Press Continue to begin");
     this.run(!this.still);
   }
 
   /** Start a run with the current settings. */
   begin() {
+    cancelAnimationFrame(this.pending);
+    this.pending = null;
     this.points = [];
     this.stages = [];
     this.print.textContent = "";
@@ -330,8 +341,7 @@ class Playground {
     const { points } = this;
     const [best, mean] = points.at(-1);
     const far = numeral(this.champion.terms.forward, 3);
-    const now = `Generation ${points.length}: the champion walks ${far} m in 10 s`;
-    if (!this.guesting) this.caption.textContent = now;
+    this._tell(`Generation ${points.length}: the champion walks ${far} m in 10 s`);
     this.readout.replaceChildren(
       element("span", { class: "best" }, `best ${numeral(best, 3)}`),
       element("span", {}, `generation ${points.length}`),
@@ -353,6 +363,12 @@ class Playground {
         drawing("line", { x1: x(after - 1), x2: x(after - 1), y1: 0, y2: HIGH })));
     const scores = `best ${numeral(best, 3)} m, mean ${numeral(mean, 3)} m`;
     this.curve.setAttribute("aria-label", `Score: ${scores} in generation ${points.length}`);
+  }
+
+  /** Write about the champion, unless another gait is shown. @param {string} now */
+  _tell(now) {
+    this.now = now;
+    if (!this.guesting) this.caption.textContent = now;
   }
 
   async _code({ code }) {
@@ -388,7 +404,8 @@ class Playground {
     this.guesting = false;
     this.back.hidden = true;
     this.answer.textContent = "";
-    if (this.champion) this._wearChampion();
+    this._tell(this.now);
+    this._wearChampion();
   }
 
   /**
