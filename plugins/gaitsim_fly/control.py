@@ -21,6 +21,7 @@ from gaitsim_fly.flight import (
     WING_SPEED,
     WINGS,
     Buffer,
+    copy_lanes,
     rotation_matrix,
     spin_of,
     step,
@@ -122,7 +123,8 @@ def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int
     bias = first + outputs.shape[0] * fan_in
     for unit in range(outputs.shape[0]):
         total = outputs[unit]
-        total[:] = genes[bias + unit]
+        for i in range(LANES):
+            total[i] = genes[bias + unit, i]
         for source in range(fan_in):
             _add_product(total, genes[first + unit * fan_in + source], inputs[source])
         activate(code, total)
@@ -135,7 +137,7 @@ def _compute_outputs(
 ) -> Any:
     """Return the outputs of every lane's network, (outputs, LANES), a view of a scratch buffer."""
     last = len(layers) - 1
-    values[: layers[0]] = inputs
+    copy_lanes(inputs, values[: layers[0]])
     gene = 0
     for layer in range(1, last + 1):
         gene = _layer(
@@ -178,11 +180,12 @@ def wing_commands(weights: Buffer, layers: Any, code: int, inputs: Buffer, outpu
     widest = layers.max()
     values, buffer = np.empty((widest, LANES)), np.empty((widest, LANES))
     each = layers[-1]
-    outputs[:each] = _compute_outputs(weights, layers, code, inputs, values, buffer)
+    copy_lanes(_compute_outputs(weights, layers, code, inputs, values, buffer), outputs[:each])
     if each < len(outputs):
         mirrored = np.empty((len(inputs), LANES))
         _mirror(inputs, mirrored)
-        outputs[each:] = _compute_outputs(weights, layers, code, mirrored, values, buffer)
+        right = _compute_outputs(weights, layers, code, mirrored, values, buffer)
+        copy_lanes(right, outputs[each:])
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -220,11 +223,25 @@ def _delay_outputs(sent: Any, frame: int, delay: float, outputs: Buffer) -> None
     """
     size, whole = len(sent), int(delay)
     share = delay - whole
-    sent[frame % size] = outputs
+    copy_lanes(outputs, sent[frame % size])
     after, before = sent[(frame - whole) % size], sent[(frame - whole - 1) % size]
     for output in range(len(outputs)):
         for i in range(LANES):
             outputs[output, i] = after[output, i] + share * (before[output, i] - after[output, i])
+
+
+@njit(inline="always", error_model="numpy")
+def _fill_lane(lane: int, numbers: Buffer, target: Buffer) -> None:
+    """Fill a lane of `target`, (n or more, LANES); an assignment would take longer to compile."""
+    for k in range(len(numbers)):
+        target[k, lane] = numbers[k]
+
+
+@njit(inline="always", error_model="numpy")
+def _add_to_lane(lane: int, numbers: Buffer, target: Buffer) -> None:
+    """Add to a lane of `target`, (n or more, LANES)."""
+    for k in range(len(numbers)):
+        target[k, lane] += numbers[k]
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
@@ -279,9 +296,9 @@ def fly(
         sent[:] = 0.0
         for i in range(LANES):
             lane = first + min(i, count - 1)  # spare lanes repeat the last one
-            weights[:, i] = genes[lane // trials]
-            b[:STATE, i] = start[lane % trials]
-            b[WINGS : WINGS + 6, i] = offsets
+            _fill_lane(i, genes[lane // trials], weights)
+            _fill_lane(i, start[lane % trials], b)
+            _fill_lane(i, offsets, b[WINGS:])
             b[ALIVE, i] = 1.0
         lasted[first : first + count] = frames
         for frame in range(frames):
@@ -296,8 +313,8 @@ def fly(
                 break
             _follow(courses, frame, first, count, g)
             if frame == push_frame:
-                for axis in range(3):
-                    b[VELOCITY + axis] += push[axis]
+                for i in range(LANES):
+                    _add_to_lane(i, push, b[VELOCITY:])
             fill_inputs(b, g, limits, inputs, c)
             wing_commands(weights, layers, code, inputs, outputs)
             if delay > 0.0:

@@ -58,8 +58,10 @@ def paths(
     for trial in range(trials):
         course = starts[trial].copy()
         for frame in range(frames):
-            course[SPEED:] = speeds[trial, frame]
-            path[trial, frame] = course
+            for k in range(3):  # assignments of slices would take 3 s more to compile
+                course[SPEED + k] = speeds[trial, frame, k]
+            for k in range(COURSE):
+                path[trial, frame, k] = course[k]
             advance(course, seconds)
     return path
 

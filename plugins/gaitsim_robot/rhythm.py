@@ -168,7 +168,8 @@ def _follow(
     """
     foot, rotation, anchor, axis, error, slope, normal, step, before = room
     joints = high - low
-    before[:joints] = angles[low:high]
+    for j in range(joints):  # an assignment of slices would take 3 s more to compile
+        before[j] = angles[low + j]
     for _ in range(ITERATIONS):
         _place(low, joints, anchors, axes, tip, standing, angles, foot, rotation, anchor, axis)
         # Errors of the position, and of the rotation to first order.

@@ -256,7 +256,7 @@ def _project_centre(block: Any) -> None:
         block.v0[n] += depth * block.lean_y[n]
 
 
-@njit(inline="always", error_model="numpy")
+@njit(nogil=True, cache=True, error_model="numpy")
 def travel(
     feet: Any,
     centre: Any,

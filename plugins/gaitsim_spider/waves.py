@@ -28,8 +28,10 @@ def recur(
     weight, bias, now = numbers[0], numbers[1], numbers[2]
     for individual in range(population):
         # Contiguous copies, so that the loop over joints vectorises.
-        weight[:], bias[:] = genomes[individual, ::2], genomes[individual, 1::2]
-        now[:] = np.float32(0.0)
+        for joint in range(joints):  # an assignment of slices would take 3 s more to compile
+            weight[joint] = genomes[individual, 2 * joint]
+            bias[joint] = genomes[individual, 2 * joint + 1]
+            now[joint] = np.float32(0.0)
         for frame in range(frames):
             # Joints are the innermost loop: the map is serial in time, but not across joints.
             for joint in range(joints):
