@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 from filelock import FileLock
-from reader import LONG, SHORT, is_robot
+from reader import LONG, is_robot, robot_options
 
 
 @pytest.fixture(autouse=True)
@@ -34,7 +34,8 @@ def runs(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Path]:
                 if preset in LONG:
                     options = LONG[preset]
                 elif is_robot(preset):
-                    options |= {"population": 20 if "atlas" in preset else 4, "set": SHORT}
+                    options["population"] = 20 if "atlas" in preset else 4
+                    options |= {"set": robot_options(preset), "workers": 1}
                 elif "millipede" not in preset:  # which is quick, and not every size does for it
                     options["population"] = 20
                 for _ in gs.evolve(preset, **options, out=folder / preset):

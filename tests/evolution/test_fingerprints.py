@@ -17,13 +17,16 @@ ENGINE = {"pymunk": "7.3.1"}  # the version that the walkers' fingerprints hold 
 PRESETS = sorted({preset for recorded in RECORDED.values() for preset in recorded})
 NOT_PORTABLE = {name for name in PRESETS if name.startswith("walker")}
 
-# Settings under which libraries run as on a processor without AVX2 and fused multiply-add.
+# Settings under which libraries or Numba run as on a processor without AVX2 and fused multiply-add.
 _NO_AVX2 = "-AVX2,-FMA,-FMA4,-AVX2_Usable,-FMA_Usable"
 _X86_64_V3 = "AVX2 FMA3 X86_V3 X86_V4 AVX512F AVX512CD AVX512_SKX AVX512_ICL AVX512_SPR"
 OTHER_PROCESSORS = {
-    "numpy": {"NPY_DISABLE_CPU_FEATURES": _X86_64_V3, "PYTHONWARNINGS": "ignore::ImportWarning"},
-    "blas": {"OPENBLAS_CORETYPE": "Nehalem"},
-    "libm": {"GLIBC_TUNABLES": f"glibc.cpu.hwcaps={_NO_AVX2}"},
+    "libraries": {
+        "NPY_DISABLE_CPU_FEATURES": _X86_64_V3,
+        "PYTHONWARNINGS": "ignore::ImportWarning",
+        "OPENBLAS_CORETYPE": "Nehalem",
+        "GLIBC_TUNABLES": f"glibc.cpu.hwcaps={_NO_AVX2}",
+    },
     "numba": {"NUMBA_CPU_NAME": "nehalem", "NUMBA_CPU_FEATURES": ""},
 }
 
