@@ -1,5 +1,6 @@
 """The forms of a new run: fields of all options, validation while typing, and drafts."""
 
+import asyncio
 from contextlib import asynccontextmanager
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from textual.widgets import Button, Input, OptionList, Select, Tab
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import KINDS, options
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.tui.widgets.form import TITLES, Field
+from gaitsim.tui.widgets.form import TITLES, Field, Part
 
 SIZES = [(80, 24), (160, 48)]
 
@@ -392,3 +393,19 @@ class TestStartingAndSaving:
             await driver.at("Home")
             screen.go_to("evolution.population")
             assert driver.screen is not screen
+
+
+async def test_what_is_typed_while_a_form_is_built_is_kept(fill, monkeypatch):
+    built, mount_all = asyncio.Event(), Part.mount_all
+
+    async def slow(part, widgets):
+        await mount_all(part, widgets)
+        await built.wait()
+
+    async with fill() as (driver, screen):
+        monkeypatch.setattr(Part, "mount_all", slow)
+        await open_section(driver, screen, "search")
+        screen.query_one("#seed").focus()
+        await driver.press("7")
+        assert "seed" in screen.builder.changes
+        built.set()

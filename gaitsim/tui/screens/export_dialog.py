@@ -14,7 +14,7 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.content import Content
 from textual.widget import Widget
-from textual.widgets import Button, Input, OptionList, Select, Static
+from textual.widgets import Button, Input, OptionList, Static
 from textual.widgets.option_list import Option as Row
 
 from gaitsim.errors import GaitsimError
@@ -166,8 +166,7 @@ class ExportDialog(Dialog[Answer]):
             for name, field in product.fields().items():
                 parts.append(Field(Option(name, field, default(field), self._text(name, field))))
         await form.remove_children()
-        with self.prevent(Select.Changed, Input.Changed):
-            await form.mount_all(parts)
+        await form.mount_all(parts)
         form.scroll_home(animate=False)
 
     def _text(self, name: str, field: FieldInfo) -> str:

@@ -60,6 +60,8 @@ class Field(Vertical):
         super().__init__()
         self.option = option
         self._choices = options.choices(option.field)
+        # Not all texts that are reported are edits: a choice reports its first value, too.
+        self._text = option.text
         self.set_class(options.allowed(option.field) == "a string", "-text")
 
     def compose(self) -> ComposeResult:
@@ -125,6 +127,9 @@ class Field(Vertical):
         self._post(str(event.value))
 
     def _post(self, text: str) -> None:
+        if text == self._text:
+            return
+        self._text = text
         changed = text != self.option.preset
         self.set_class(changed, "-changed")
         self.post_message(self.Edited(self.option.key, text if changed else None))
@@ -150,6 +155,8 @@ class Part(VerticalScroll):
         super().__init__(can_focus=False, id=id)
         self.section = section
         self._built_from: tuple[object, ...] = ()
+        self._select: Select[str] | None = None  # of the plugin
+        self._plugin = ""
         self._validation: Validation | None = None
         self._wanted_key = ""
         self._building = asyncio.Lock()
@@ -185,18 +192,19 @@ class Part(VerticalScroll):
             names = found.offered[self.section]
             known = names if form.plugin in names else (*names, form.plugin)
             choices = [(Text(visible(name)), name) for name in known]
-            select = Select(
+            self._plugin = form.plugin
+            self._select = Select(
                 choices, value=form.plugin, allow_blank=False, compact=True, classes="plugin"
             )
-            parts.append(Horizontal(Label("plugin", classes="field-name"), select, classes="row"))
+            name = Label("plugin", classes="field-name")
+            parts.append(Horizontal(name, self._select, classes="row"))
         if form.about:
             parts.append(Static(Text(visible(form.about.split("\n\n")[0])), classes="about"))
         if form.problem is not None:
             parts.append(Static(Text(visible_lines(str(form.problem))), classes="problem"))
         elif not form.options:
             parts.append(Static("This part has no options.", classes="about"))
-        with self.prevent(Select.Changed, Input.Changed):
-            await self.mount_all([*parts, *map(Field, form.options)])
+        await self.mount_all([*parts, *map(Field, form.options)])
         self._show_problems()
         self.focus_on(self._wanted_key)
 
@@ -219,9 +227,10 @@ class Part(VerticalScroll):
     @on(Select.Changed, ".plugin")
     def _chosen(self, event: Select.Changed) -> None:
         event.stop()
-        name = str(event.value)
-        if self._validation is not None and name != self._validation.forms[self.section].plugin:
-            self.post_message(self.PluginChosen(self.section, name))
+        # A choice reports its first value, too, even after the form was built again.
+        if event.select is self._select and event.value != self._plugin:
+            self._plugin = str(event.value)
+            self.post_message(self.PluginChosen(self.section, self._plugin))
 
 
 class Sections(Vertical):
