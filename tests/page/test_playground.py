@@ -9,6 +9,7 @@ from javascript import CHROMIUM, call
 from run_helpers import evolve_run
 
 import gaitsim as gs
+from gaitsim.experiment import load_experiment
 from gaitsim.sharing.challenge import Challenge, verify_challenge
 from gaitsim_page.playground import experiment, page, worker_script, write_page
 
@@ -206,6 +207,20 @@ def test_visitors_change_the_rules_and_carry_codes(visit):
     opened.get_by_text("the champion walks").wait_for()
     assert [one for one in opened.evaluate(CONTROLS) if not one[1]] == []
     assert opened.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+@pytest.mark.slow
+def test_after_the_last_generation_visitors_can_only_learn_again(visit, monkeypatch):
+    options = {"evolution.population": 50, "evolution.generations": 3, "search.start": "random"}
+    short = load_experiment("spider-genetic", options)
+    monkeypatch.setattr("gaitsim_page.playground.experiment", lambda seed: short)
+    opened = visit(seed=2)
+    opened.get_by_text("The same run on your computer").click()
+    opened.get_by_role("button", name="Finished").wait_for()
+    assert opened.get_by_role("button", name="Finished").is_disabled()
+    opened.get_by_role("button", name="Learn again").click()
+    opened.get_by_role("button", name="Pause").wait_for()
+    assert "--seed 3 " in opened.get_by_label("Commands of the same run").input_value()
 
 
 @pytest.mark.slow

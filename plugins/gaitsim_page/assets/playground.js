@@ -39,6 +39,7 @@ class Playground {
     this.place = { x: 0, y: 0, yaw: 0 }; // of the body on the ground
     this.frame = 0;
     this.path = [];
+    this.points = []; // best and mean score of each generation
     // It stands with straight legs until the first generation.
     const stride = { angles: new Float32Array(3 * this.legs.length), steps: new Float32Array(3) };
     this.champion = { stride, lost: "" };
@@ -297,9 +298,12 @@ class Playground {
 
   /** @param {boolean} running */
   run(running) {
-    this.running = running;
-    this.runner.textContent = running ? "Pause" : "Continue";
-    this.announcer.say(running ? "learning" : `paused. ${this.curve.getAttribute("aria-label")}`);
+    const ended = this.points.length >= this.data.generations;
+    this.running = running && !ended;
+    this.runner.disabled = ended;
+    this.runner.textContent = ended ? "Finished" : running ? "Pause" : "Continue";
+    const words = `${ended ? "finished" : "paused"}. ${this.curve.getAttribute("aria-label")}`;
+    this.announcer.say(this.running ? "learning" : words);
     this._pace();
   }
 
