@@ -204,10 +204,26 @@ for preset in sys.argv[1:]:
 """
 
 
+COMPILE_DRAWING = """
+from gaitsim.contracts import Solid
+from gaitsim.render.scene.camera import Camera, axes
+from gaitsim.render.scene.raster import raster
+from gaitsim.render.scene.solids import Surfaces
+
+camera = Camera(np.zeros(3), *axes(-58.0, 27.0), 7.0, 100.0, np.array([20.0, 15.0]))
+pose = np.array([[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
+ball = Surfaces([Solid("ball", "sphere", (0.5,))])
+raster(camera, ball, pose, np.array([0.0, 0.0, 1.0]), (40, 30), 2)
+"""
+
+
 def pytest_xdist_setupnodes():
     """Compile kernels once, before each worker would compile them for itself."""
-    presets = (("fly", "fly-steer"), ("spider", "spider-recurrence", "hexapod-steady"))
-    compilers = [subprocess.Popen([sys.executable, "-c", COMPILE, *names]) for names in presets]
+    scripts = (
+        (COMPILE + COMPILE_DRAWING, "fly", "fly-steer"),
+        (COMPILE, "spider", "spider-recurrence", "hexapod-steady"),
+    )
+    compilers = [subprocess.Popen([sys.executable, "-c", *script]) for script in scripts]
     for compiler in compilers:
         compiler.wait()
 

@@ -196,6 +196,7 @@ def test_a_plugin_of_a_third_party_is_shown(gaitsim, install, working):
 # In a shell
 
 
+@pytest.mark.sampled
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a shell with pipes")
 @pytest.mark.parametrize("command", ["experiments list", "experiments show spider", "plugins list"])
 def test_a_closed_pipe_is_not_an_error(tmp_path, command):
@@ -210,6 +211,7 @@ def test_a_closed_pipe_is_not_an_error(tmp_path, command):
     assert done.stderr == b""
 
 
+@pytest.mark.sampled
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize("command", ["experiments list", "experiments show spider"])
 def test_a_full_disk_is_reported(tmp_path, command):

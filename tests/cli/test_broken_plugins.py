@@ -203,6 +203,7 @@ def move(self, genomes):
 """
 
 
+@pytest.mark.sampled
 @pytest.mark.skipif(os.name != "posix", reason="ctypes.CDLL(None)")
 @pytest.mark.parametrize(("workers", "json_lines"), [(1, True), (2, False)])
 def test_output_of_plugins_goes_to_standard_error(program, puppet_file, odd, workers, json_lines):
@@ -225,6 +226,7 @@ def test_a_plugin_may_close_standard_output(program, puppet_file, odd):
     assert len([json.loads(line) for line in done.stdout.splitlines()]) >= 5
 
 
+@pytest.mark.slow
 def test_a_plugin_that_closes_the_descriptor_of_standard_output_is_named(program, puppet_file, odd):
     odd("organism", head="import os\nos.close(1)")
     done = program(*odd_run(puppet_file, "organism"), "--json", code=2)

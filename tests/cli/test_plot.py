@@ -37,6 +37,7 @@ def test_invalid_input_is_one_message_and_writes_nothing(
     ]
 
 
+@pytest.mark.slow
 def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished, tmp_path):
     done = gaitsim("plot", "puppet", "--kind", "all", "--generation", 2, "--format", "svg")
     names = ["diversity", "fitness", "genome", "terms", "joints-generation-2"]

@@ -107,6 +107,7 @@ def test_spiders_are_bit_identical_when_resumed_and_with_any_workers(gaitsim, fi
     assert fingerprint("other") != fingerprint("whole")
 
 
+@pytest.mark.sampled
 @posix
 @pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -145,6 +146,7 @@ class Asleep(Puppet):
 """
 
 
+@pytest.mark.sampled
 @posix
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_second_interrupt_stops_immediately(

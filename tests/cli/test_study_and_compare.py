@@ -174,6 +174,7 @@ def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path)
         assert (tmp_path / "again" / name).read_text() == (folder / name).read_text()
 
 
+@pytest.mark.slow
 def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
     small = ("--population", 6, "--generations", 2, "--set", "organism.duration=1", "--workers", 1)
     gaitsim("run", "walker", *small)

@@ -27,7 +27,7 @@ def test_it_conforms(reports, kind, name):
 
 
 OTHER_OPTIONS = [
-    ("spider", {"encoding": "cpg"}),
+    pytest.param("spider", {"encoding": "cpg"}, marks=pytest.mark.slow),
     ("spider", {"encoding": "recurrence"}),
     ("spider", {"symmetry": "alternating", "frequency": 5.0}),
     ("millipede", {"codec": "unsigned", "pairs": 7}),
@@ -37,7 +37,11 @@ OTHER_OPTIONS = [
         marks=pytest.mark.slow,
     ),
     pytest.param("walker", {"encoding": "cpg", "legs": 2, "duration": 0.5}, marks=pytest.mark.slow),
-    ("walker", {"world": {"unevenness": 0.05}, "symmetry": "alternating", "duration": 0.5}),
+    pytest.param(
+        "walker",
+        {"world": {"unevenness": 0.05}, "symmetry": "alternating", "duration": 0.5},
+        marks=pytest.mark.slow,
+    ),
 ]
 
 

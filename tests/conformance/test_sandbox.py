@@ -37,6 +37,7 @@ ENDS = {
 }
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(("source", "says"), ENDS.values(), ids=ENDS.keys())
 def test_the_end_of_the_process_is_reported(install, source, says):
     install("fake", source, {"organism": {"x": "X"}})
@@ -86,6 +87,7 @@ class X(Body):
 '''
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("source", [HASHES, WORKERS])
 def test_other_bits_in_another_process_are_found(install, working, source):
     install("fake", working + source, {"organism": {"x": "X"}})
@@ -126,6 +128,7 @@ def is_alive(number):
         return not Path("/proc").exists()
 
 
+@pytest.mark.sampled
 @pytest.mark.skipif(os.name != "posix", reason="signals")
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGKILL])
 def test_a_check_that_is_stopped_takes_its_processes_with_it(

@@ -97,6 +97,7 @@ def test_every_option_of_every_plugin_is_in_the_reference(monkeypatch: pytest.Mo
                 assert options.default(field) in page
 
 
+@pytest.mark.slow
 def test_everything_has_a_line_with_a_link(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(BUILD)
     build, pages = module("build", monkeypatch), module("everything", monkeypatch)

@@ -162,6 +162,7 @@ def test_closing_with_unfinished_tasks_prints_nothing(address, alarmed, caplog):
     assert not caplog.records
 
 
+@pytest.mark.slow
 def test_a_failing_task_cancels_the_rest(made, tmp_path):
     with pytest.raises(TypeError):
         made.map(chores.leave_a_file, [None, *(str(tmp_path / str(n)) for n in range(100))])

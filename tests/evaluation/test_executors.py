@@ -103,6 +103,7 @@ def test_another_worker_repeats_the_task_of_a_killed_one(tmp_path):
         assert executor.map(chores.square, range(4)) == [0, 1, 4, 9]
 
 
+@pytest.mark.slow
 @posix
 def test_a_worker_that_is_killed_while_idle_is_replaced():
     told = []
@@ -114,6 +115,7 @@ def test_a_worker_that_is_killed_while_idle_is_replaced():
     assert told == ["an idle worker process died; a new one replaces it"]
 
 
+@pytest.mark.slow
 def test_if_only_some_workers_can_start_they_do_the_work(monkeypatch):
     told, start = [], SpawnProcess.start
 
@@ -194,6 +196,7 @@ def test_an_experiment_is_pickled_as_its_toml(puppet):
     assert there.experiment is pickle.loads(pickle.dumps(serialized)).experiment  # made once
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("workers", [1, 2])
 def test_an_evaluator_does_other_work_with_its_experiment(puppet, workers):
     with Evaluator(puppet("seed=7"), workers) as evaluator:

@@ -115,6 +115,7 @@ def test_the_gyroscope_is_integrated_without_its_bias(tmp_path, hexapod):
     assert np.nanmax(np.abs(turned - straight[: len(turned)])) > 5 * RESOLUTION
 
 
+@pytest.mark.slow
 @pytest.mark.sampled
 @pytest.mark.parametrize("event", ["!fail", "silence", "!roll", "x"])
 def test_the_robot_stops(tmp_path, hexapod, event):

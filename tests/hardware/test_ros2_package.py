@@ -56,6 +56,7 @@ def test_files_parse_and_agree(package):
     assert not any("@" in text.replace("nobody@example.com", "") for text in texts)
 
 
+@pytest.mark.slow
 @pytest.mark.sampled
 @pytest.mark.parametrize("name", ["quadruped", "hexapod", "spider-physics"])
 def test_the_urdf_is_the_same_robot(tmp_path, name):

@@ -100,6 +100,7 @@ def test_the_command_writes_and_prints_everything(spider, gaitsim, tmp_path):
     assert (tmp_path / "imitator-error.png").read_bytes() == drawn
 
 
+@pytest.mark.slow
 def test_all_activations_are_compared(spider, gaitsim, tmp_path):
     said = gaitsim(
         "imitate", spider.path, "--compare-activations", "--epochs", 30,

@@ -153,6 +153,7 @@ def drawn(spider_run, bundled):
 SAMPLE = ("fitness", "path", "footfall", "archive")
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "kind", [one if one in SAMPLE else pytest.param(one, marks=pytest.mark.slow) for one in KINDS]
 )

@@ -19,6 +19,7 @@ def plot_fitness(run, path):
 STARTS = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize("format", STARTS)
 def test_plots_have_the_format_of_the_suffix_and_are_reproducible(spider_run, tmp_path, format):
     one, two = tmp_path / f"one.{format}", tmp_path / f"two.{format.upper()}"

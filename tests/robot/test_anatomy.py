@@ -34,6 +34,7 @@ def test_six_sprawling_legs_are_found():
     assert [leg.foot for leg in anatomy.legs[::2]] == ["l0_tibia", "l1_tibia", "l2_tibia"]
 
 
+@pytest.mark.slow
 def test_the_length_of_the_trunk_is_that_of_its_box():
     # The hips are 0.4 m apart, beyond both ends of the trunk.
     assert found(QUADRUPED.replace(box(0.4, 0.16, 0.1, 4), box(0.3, 0.16, 0.1, 4))).trunk == 0.3
@@ -52,6 +53,7 @@ def test_a_humanoid_has_two_legs_with_soles():
     assert len(anatomy.held) == 5
 
 
+@pytest.mark.slow
 def test_a_robot_that_faces_y_is_turned():
     anatomy = found(FACING_Y)
     assert feet(anatomy) == feet(found(QUADRUPED))
@@ -84,6 +86,7 @@ def test_a_robot_whose_nose_points_backwards_faces_as_its_legs_are_named(names):
     assert anatomy.warnings == ()
 
 
+@pytest.mark.slow
 def test_the_direction_of_the_nose_can_be_given():
     backward = renamed(QUADRUPED, ["RR", "RL", "FR", "FL"])
     forward = found(backward, facing="+x")

@@ -166,6 +166,7 @@ def test_a_skeleton_omits_lost_legs_and_names_the_parts_that_damaged_joints_move
     assert skeleton.contact_names == tuple(robot.leg_joints())
 
 
+@pytest.mark.slow
 def test_a_robot_from_a_file_can_be_damaged_until_it_falls():
     legs = Robot(model=str(DOG)).leg_joints()
     robot = Robot(

@@ -208,6 +208,7 @@ def test_options_can_be_tried_in_a_check(gaitsim, write, tmp_path):
     assert load_experiment(str(tmp_path / "whole.urdf")).organism.warnings() == ()
 
 
+@pytest.mark.slow
 def test_python_warns_of_a_robot_before_it_evolves(write):
     path = str(write(length=1e3))
     with pytest.warns(UserWarning, match="probably in millimetres"):

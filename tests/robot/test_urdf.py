@@ -67,6 +67,7 @@ def test_a_robot_that_faces_another_way_faces_forward_in_its_urdf(tmp_path):
     assert same == pytest.approx(feet, abs=0.01)
 
 
+@pytest.mark.slow
 def test_a_robot_read_from_its_urdf_walks(tmp_path):
     robot = Robot(model="hexapod", duration=4.0)
     genome = next(iter(robot.starts().values()))

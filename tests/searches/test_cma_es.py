@@ -194,6 +194,7 @@ def test_restarts_take_the_start_points_in_turn():
     np.testing.assert_array_equal(means, expected)
 
 
+@pytest.mark.slow
 def test_bipop_spends_as_many_evaluations_on_small_runs_as_on_large_ones():
     found = list(islice(generations(BIPOP, box(2), sphere, 6), 2_000))
     runs = {int(state["restarts"]): state for state, _ in reversed(found)}  # the first of each

@@ -40,6 +40,7 @@ def test_damage_does_not_change_other_joints() -> None:
     np.testing.assert_array_equal(angles, expected)
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "damage",
     [("L2 lost",), ("R3 lost", "R4 lost"), ("L1 femur stuck -30", "R2 coxa slow 0.3")],

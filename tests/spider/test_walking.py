@@ -150,6 +150,7 @@ def test_the_resting_plane_is_the_lower_hull_under_the_centre() -> None:
         np.testing.assert_array_equal(result["stance"][0][clear], expected[clear])
 
 
+@pytest.mark.sampled
 @pytest.mark.parametrize(
     "spider",
     [

@@ -48,13 +48,12 @@ PRESETS = {
     "robot": ("hexapod", *SHORT),
     "robot atlas": ("hexapod-atlas", *SHORT),
 }
-SLOW = [
-    pytest.param(kind, marks=pytest.mark.slow) for kind in (*KINDS, *PRESETS) if kind != "stages"
-]
+SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != "stages"]
+BODIES = [pytest.param(preset, marks=pytest.mark.slow) for preset in PRESETS]
 KEEP = "evolution.keep_every=4", "evolution.fitness_threshold=-20"
 
 
-@pytest.fixture(params=["stages", *SLOW])
+@pytest.fixture(params=["stages", *SLOW, *BODIES])
 def run(request, puppet, tmp_path, once):
     """A run that keeps its populations, beside a copy of it at an earlier generation."""
     kind = request.param
@@ -193,6 +192,7 @@ for _name in (CHECKPOINT, PREVIOUS):
         FILES_REVEAL[f"{_field} in {_name}"] = partial(with_field, name=_name, field=_field)
 
 
+@pytest.mark.parametrize("run", ["stages", *SLOW], indirect=True)  # the same for every body
 @pytest.mark.parametrize("tamper", FILES_REVEAL.values(), ids=FILES_REVEAL)
 def test_the_files_reveal_it(run, tamper):
     tamper(run.path)

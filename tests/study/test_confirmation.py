@@ -93,6 +93,7 @@ def test_intervals_of_skewed_scores_have_their_confidence_level():
     assert (straight > true).mean() > 0.045  # as with Student's t alone
 
 
+@pytest.mark.slow
 def test_false_candidates_of_a_sweep_are_rarely_confirmed(study):
     wrong = reached = 0
     for _ in range(100):

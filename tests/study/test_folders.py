@@ -60,6 +60,7 @@ def only_folder(studies):
 
 
 class TestListFolders:
+    @pytest.mark.slow
     def test_a_study_is_stopped_running_or_finished(self, studies):
         one = only_folder(studies)
         assert (one.kind, one.state, one.done, one.total) == ("study", "stopped", 1, 2)

@@ -80,6 +80,7 @@ repeats = 3
 """
 
 
+@pytest.mark.slow
 def test_a_study_edited_in_its_folder_reruns_its_cells(gaitsim, tmp_path):
     (tmp_path / "rates.toml").write_text(STUDY)
     assert "2 of 2 cells to run" in gaitsim("study", "rates.toml", "--workers", 1).stderr

@@ -316,6 +316,7 @@ class TestSortingAndFiltering:
             assert not table.marked
             assert names(driver) == ["three", "two", "one"]
 
+    @pytest.mark.slow
     async def test_columns_are_chosen_ordered_and_remembered(self, three, drive, config):
         settings = config("")
         async with drive(config=settings, size=(110, 34)) as driver:
@@ -349,6 +350,7 @@ class TestSortingAndFiltering:
             await driver.at("Home")
             assert not driver.screen.query_one("#runs").view.columns
 
+    @pytest.mark.slow
     async def test_views_are_saved_chosen_and_deleted(self, three, drive, config):
         async with drive(config=config("")) as driver:
             home = driver.screen

@@ -308,6 +308,7 @@ class TestSteering:
             await app_until(pilot, lambda: pilot.app.screen is screen)
             assert screen.state == "stopped"
 
+    @pytest.mark.slow
     async def test_options_are_found_by_meaning_and_by_terms_of_the_score(self, make):
         async with live(make(3)) as (_, pilot):
             await pilot.press("c")

@@ -328,6 +328,7 @@ class TestGenerations:
 
 
 class TestCamera:
+    @pytest.mark.slow
     async def test_a_drag_turns_the_body_and_selects_no_text(self, walk):
         async with replay(walk(), size=(160, 48)) as (screen, pilot):
             canvas, before = screen.pane.canvas, screen.pane.canvas.view
@@ -424,6 +425,7 @@ def test_looks(size, walk, snap_compare):
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
 
 
+@pytest.mark.slow
 def test_looks_of_two(walk, snap_compare):
     one, other = walk(), walk("other run", "seed=9")
 

@@ -310,6 +310,7 @@ class TestExports:
             assert driver.screen.query_one("#tasks").row_count == 0
             assert not driver.offered() & {"tasks.clear", "tasks.again", "files.open"}
 
+    @pytest.mark.slow
     async def test_a_real_robot_takes_the_terminal_and_is_remembered(
         self, walk, drive, monkeypatch
     ):

@@ -15,6 +15,7 @@ from gaitsim_wire.robots import bus_of, calibration_of, pilot_of
 
 SLOW = [pytest.param(bus, marks=pytest.mark.slow) for bus in ("dynamixel", "serial")]
 BUSES = ["feetech", *SLOW]
+WITH_SERVOS = BUSES[:2]
 FULL = {"feetech": 1_000_000, "dynamixel": 1_000_000, "serial": 115_200}
 
 
@@ -98,7 +99,7 @@ STOPS = {
 }
 
 
-@pytest.mark.parametrize("bus", ["feetech", "dynamixel"])
+@pytest.mark.parametrize("bus", WITH_SERVOS)
 @pytest.mark.parametrize("stop", STOPS)
 def test_the_servos_are_off_soon_after_a_fault(driven, bus, stop):
     robot, injected = driven(bus), []
@@ -143,6 +144,7 @@ def test_a_silent_wire_stops_the_robot(driven):
     assert robot.wire.now - cut[0] < 0.24
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bus", BUSES)
 def test_lost_and_wrong_frames_never_give_a_wrong_angle(driven, bus):
     robot = driven(bus, noise=Noise(0.0, 0.0, np.random.default_rng(4)))
@@ -273,6 +275,7 @@ def test_reflexes_need_their_sensors():
         pilot_of(robot, genome, imu=True)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bus", ["feetech", "dynamixel"])
 def test_servos_that_missed_their_first_goal_do_not_jump(driven, bus):
     robot = driven(bus)

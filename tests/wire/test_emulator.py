@@ -157,6 +157,7 @@ def test_bodies_without_servos_are_refused(gaitsim):
     assert "no servos in MuJoCo" in gaitsim("robots", "emulate", "millipede", code=2).stderr
 
 
+@pytest.mark.slow
 def test_the_command_serves_a_port_at_its_baud_rate(tmp_path):
     serial = pytest.importorskip("serial")
     words = [sys.executable, "-m", "gaitsim", "robots", "emulate", "quadruped", "--link", "port"]
