@@ -93,6 +93,7 @@ SHORTER = {
     "gaitsim resume fly --set organism.duration=30 --generations 450": (
         "gaitsim resume fly --set organism.duration=30 --generations 405"
     ),
+    "gaitsim run walker --dask local --workers 4": "gaitsim run walker --dask local --workers 2",
     "gaitsim run my_robot.urdf --generations 30": "gaitsim run my_robot.urdf --generations 3",
     "gaitsim run hexapod --generations 10 --population 24 --set organism.duration=4": (
         "gaitsim run hexapod --generations 2 --population 4 --set organism.duration=4"
@@ -181,7 +182,8 @@ def reader_does(
     """Do in a folder what a page says."""
     line, file = step
     if file:
-        less = re.sub(r"(repeats|confirm|generations\"?) = \d+", r"\1 = 2", line)
+        less = re.sub(r"(repeats|generations\"?) = \d+", r"\1 = 2", line)
+        less = less.replace("from = 50, to = 200,", "from = 10, to = 60,")  # of the population
         (folder / file).write_text(less)
         return
     if any(re.search(one, line) for one in NOT_RUN):
@@ -228,8 +230,9 @@ def quick(arguments: list[str]) -> list[str]:
         less = {}  # other options are refused; what runs in the background is stopped
     elif arguments[0] == "run" and "atlas" in arguments[1]:
         less = {**less, "--population": "20"}  # two genomes for each emitter
-    elif arguments[0] == "run" and is_robot(arguments[1]):
-        less = {"--population": "4", "--generations": "2", "--workers": "1"}
+    elif arguments[0] in ("run", "atlas") and is_robot(arguments[1]):
+        if arguments[0] == "run":
+            less = {"--population": "4", "--generations": "2", "--workers": "1"}
         given = " ".join(arguments)
         longer = {"organism.duration": 6.0} if "organism.drive" in given else {}
         for option, value in (robot_options(arguments[1]) | longer).items():

@@ -68,5 +68,5 @@ async def check(cases, template, tmp_path, monkeypatch, drive):
 @pytest.mark.slow
 @pytest.mark.parametrize("part", range(4))
 async def test_attacked_runs(part, template, drive, tmp_path, monkeypatch):
-    cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::48]]
+    cases = [("exports", "link to a folder"), (".gaitsim-0.partial", "folder"), *CASES[::67]]
     await check(cases[part::4], template, tmp_path, monkeypatch, drive)
