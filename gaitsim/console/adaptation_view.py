@@ -130,11 +130,8 @@ class AdaptationView:
             style="bold",
         )
         damage = damage_options(adaptation.session.damage)
-        chosen = (prior.source, "--member", best.member)
-        if file is not None:
-            analyse = command("analyse", prior.source, "--gait", file, *damage)
-            output().print(f"  {analyse}  # analyse it", style="dim")
-            return
+        own = ("--member", best.member) if file is None else ("--gait", file)
+        chosen = (prior.source, *own)
         commands = {
             "watch it": command("play", *chosen, *damage),
             "export it": command("export", *chosen),

@@ -63,6 +63,11 @@ async def refine_and_measure(driver, screen, atlas):
     await driver.until(lambda: not screen.is_busy("adapt"))
     refined = screen.adaptation.trials
     assert screen.adaptation.best.measured >= best.measured
+    assert screen.adaptation.best.genome
+    await driver.press("e")
+    name = f"L2-lost-trial-{screen.adaptation.best.number}.mat"
+    await driver.until((atlas / "exports" / name).exists)
+    assert "gait file" in screen.obstacle("replay")
     await driver.press("b")
     await driver.at("Ask")
     await driver.type("9000cm")

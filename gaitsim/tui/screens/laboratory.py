@@ -90,7 +90,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 - **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search. **Verify** computes
   and measures them again.
 - Enter or a click on a trial shows it again. **Replay** and **Export** apply to the gait shown, on
-  the damaged body of the run.
+  the damaged body of the run; a changed gait is exported as a gait file.
 - **Physics** switches to the body's twin in rigid-body physics, if it has one.
 """
     BINDINGS = bindings("lab")
@@ -119,6 +119,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self._stopping = False
         self.adaptation: Adaptation | None = None
         self.shown: Member | None = None
+        self._changed: Trial | None = None
         who = f"generation {which}" if isinstance(which, int) else str(which or "champion")
         self.intact = WalkPane(f"{who}, intact", "reading the run …")
         self.damaged = WalkPane(f"{who}, damaged", "enter: remove the chosen leg")
@@ -208,7 +209,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     def show_body(self) -> None:
         """Show the champion on the changed body and discard the trials of the previous one."""
-        self.adaptation = self.shown = None
+        self.adaptation = self.shown = self._changed = None
         self.trials.clear()
         self.adapted.show_message(title="adapted")
         words = " ".join(f"--damage '{text}'" for text in damage_texts(self.damage))
@@ -347,12 +348,34 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         walk = await self.in_thread(simulate_walk, individual, self.damage, self.physics)
         won = trial is adaptation.best and not fast
         self.shown = None if trial.genome else Member(trial.member)
+        self._changed = trial if trial.genome else None
         self.adapted.show(walk, self.intact.walk, f"{'adapted: ' * won}trial {trial.number}")
         if fast and self.WATCHED:
             canvas = self.adapted.canvas
             canvas.speed = max(canvas.duration / self.WATCHED, 1.0)
         self._arrange()
         self.refresh_bindings()
+
+    def action_export(self) -> None:
+        """Export the gait shown; a changed gait is written as a gait file."""
+        if self._changed is None:
+            super().action_export()
+        else:
+            self._write(self._changed)
+
+    @work(group="ask")
+    async def _write(self, trial: Trial) -> None:
+        """Write the gait file of a trial."""
+        adaptation = self.adaptation
+        assert adaptation is not None, "a trial was shown"
+        name = default_name(adaptation.session.place, damage_texts(self.damage))
+        try:
+            file = await self.in_thread(adaptation.export, trial, f"{name}-trial-{trial.number}")
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+            return
+        options = ("--gait", file, *damage_options(damage_texts(self.damage)))
+        self.notify(f"{file}\n{command('play', self.run, *options)}", markup=False)
 
     def action_stop(self) -> None:
         """Stop after the current trial."""
@@ -425,8 +448,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
                 return "The body is intact; press Enter to remove a leg first."
             case "refine" if self.adaptation is None or self.adaptation.session.place == "robot":
                 return "No gait was tried; press a to try gaits of the atlas first."
-            case "replay" | "export" if self.adaptation and not self.shown and self.adapted.walk:
-                return "A changed gait is not in the atlas; 'gaitsim adapt' writes its gait file."
+            case "replay" if self._changed:
+                return "A changed gait is not in the atlas; export it as a gait file."
             case "stop" if not busy:
                 return "No adaptation is running."
             case "joint" | "repair" | "physics" if subject is None:
