@@ -9,9 +9,10 @@ from gaitsim.experiment import Experiment
 from gaitsim.gaussian_process import posterior
 from gaitsim.portable import standard_normal
 
-# Chosen on one atlas in kinematics, for the loss of each leg and each adjacent pair. With two rounds,
-# 20 trials keep 103 and 88 %; without the prediction by simulation, 91 and 83 %, as a (1+1)
-# evolution strategy. With visible damage, 3 trials keep 106 and 96 %; with two rounds, 99 and 91 %.
+# Chosen on one atlas in kinematics, for the loss of each leg and each adjacent pair. With visible
+# damage, 3 trials keep 106 and 96 %; with two rounds, 99 and 91 %. With unknown damage and two
+# rounds, 20 trials keep 103 and 88 %; without the prediction by simulation, 91 and 83 %, as with a
+# (1+1) evolution strategy.
 CANDIDATES = 300
 STEPS = (0.01, 0.03, 0.06)  # standard deviations of a changed gene, as a share of its range
 SHARE = 1 / 3  # of the genes that change
