@@ -187,7 +187,7 @@ def test_changes_of_the_best_gait_improve_it(gaitsim, atlas):
     trials = [*adapted]
     assert 3 - adapted.best.measured < 0.7 * (3 - max(one.measured for one in trials[:2]))
     shown = gaitsim(*given).stdout
-    assert "gaitsim analyse runs/atlas --gait" in shown
+    assert "gaitsim play runs/atlas --gait" in shown
     assert (atlas / "exports/A-lost-best.mat").exists()
 
 
