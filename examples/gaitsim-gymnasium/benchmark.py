@@ -16,7 +16,7 @@ CASES = {
     "oscillators-Swimmer-v5": ("gymnasium", 16, 40, "351, Raffin et al. 2024"),
     "oscillators-HalfCheetah-v5": ("gymnasium", 16, 125, "3960, Raffin et al. 2024"),
     "linear-Swimmer-v5": ("gymnasium-linear", 16, 40, "325, reached by Mania et al. 2018"),
-    "linear-Hopper-v5": ("gymnasium-linear", 20, 150, "3120, reached by Mania et al. 2018"),
+    "linear-Hopper-v5": ("gymnasium-linear", 20, 60, "3120, reached by Mania et al. 2018"),
     "linear-HalfCheetah-v5": ("gymnasium-linear", 20, 50, "3430, reached by Mania et al. 2018"),
     "linear-Walker2d-v5": ("gymnasium-linear", 20, 100, "4390, reached by Mania et al. 2018"),
 }
