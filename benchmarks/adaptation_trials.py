@@ -15,7 +15,7 @@ import json
 import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +30,7 @@ from gaitsim.adaptation.trials import (
     MeasureGait,
     Trial,
     adapt,
-    individual_of,
     measure_intact,
-    propose,
     simulated_robot,
     transfer_map,
 )
@@ -81,24 +79,15 @@ def robot_in(simulator: str, prior: Prior, damage: Sequence[str]) -> MeasureGait
 def try_gaits(
     prior: Prior,
     measure: MeasureGait,
-    settings: AdaptationSettings,
-    *,
-    changes: bool,
-    count: int = 20,
-    enough: float = math.inf,
+    count: int,
+    enough: float,
 ) -> list[Trial]:
-    """Return the trials of the atlas, and with `changes` further ones of changes of the best.
-
-    With changes, they end after `count` trials, or once one measures `enough`.
-    """
-    if not changes:
-        return [*adapt(prior, measure, settings)]
-    every = replace(settings, refine=MOST_TRIALS)
+    """Return trials of the atlas and of changes of the best, until one measures `enough`."""
+    settings = AdaptationSettings(trials=OF_MAP, refine=MOST_TRIALS)
     trials: list[Trial] = []
-    while len(trials) < count and (proposal := propose(prior, trials, every)):
-        measured = measure(individual_of(prior, proposal))
-        trials.append(Trial(**vars(proposal), measured=measured))
-        if measured >= enough:
+    for trial in islice(adapt(prior, measure, settings), count):
+        trials.append(trial)
+        if trial.measured >= enough:
             break
     return trials
 
@@ -106,7 +95,6 @@ def try_gaits(
 def measure_losses(run: gs.Run, simulator: str) -> dict[str, Any]:
     """Return the trials after each loss, and the best of the map on the intact body."""
     prior, measured = read_prior(run.snapshot), dict[int, float]()
-    settings = AdaptationSettings(trials=OF_MAP)
     enough = WALKS if simulator == "bullet" else math.inf
     visible = simulator not in ("kinematics", "twin")
     with ThreadPoolExecutor(2) as pool:
@@ -114,20 +102,22 @@ def measure_losses(run: gs.Run, simulator: str) -> dict[str, Any]:
             intact = simulated_robot(prior.experiment, (), physics=True)
             measured = measure_intact(run.snapshot, prior, intact, pool)
 
+        def known_map(damage: Sequence[str]) -> Prior:
+            found = read_prior(run.snapshot, damage=damage)
+            return transfer_map(found, measured) if measured else found
+
         def case(damage: tuple[str, ...]) -> dict[str, Any]:
-            known = read_prior(run.snapshot, damage=damage) if visible else prior
-            known = transfer_map(known, measured) if measured else known
             robot = robot_in(simulator, prior, damage)
-            count = COUNTS[simulator]
-            trials = try_gaits(known, robot, settings, changes=True, count=count, enough=enough)
+            known = known_map(damage) if visible else whole
+            trials = try_gaits(known, robot, COUNTS[simulator], enough)
             of_map = [trial for trial in trials if not trial.genome]
             values = [trial.measured for trial in trials]
             return {"damage": damage, "map": len(of_map), "measured": values}
 
+        whole = known_map(())
         # PyBullet holds the interpreter's lock, so its threads only take turns.
         cases = [*pool.map(case, losses(prior))]
-    best = (transfer_map(prior, measured) if measured else prior).best
-    return {"best": best, "cases": cases}
+    return {"best": whole.best, "cases": cases}
 
 
 def measure_scales(run: gs.Run) -> dict[str, Any]:
@@ -142,7 +132,7 @@ def measure_scales(run: gs.Run) -> dict[str, Any]:
             def measure(gait: Individual, robot: MeasureGait = robot, by: float = factor) -> float:
                 return by * robot(gait)
 
-            trials = try_gaits(prior, measure, settings, changes=False)
+            trials = [*adapt(prior, measure, settings)]
             best = max(trial.measured for trial in trials) / factor / prior.best
             found.append({"damage": damage, "scale": scale, "trials": len(trials), "kept": best})
     return {"cases": found}

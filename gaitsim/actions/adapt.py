@@ -304,13 +304,13 @@ class Adapt(AdaptOptions):
                 if self.place != "robot":
                     view.print_all(adaptation)
                 elif self.interactive:
-                    ask(adaptation, view, name)
+                    ask(adaptation, view)
                 else:
-                    self._change(adaptation, view, name)
+                    self._change(adaptation, view)
                 if adaptation.proposal is None:
                     best, file = adaptation.best, None
                     if best is not None and best.genome:
-                        file = _gait_file(adaptation, best, f"{name}-best")
+                        file = _gait_file(adaptation, best, "best")
                     view.print_result(file)
                 if self.figure is not None:
                     save(adaptation_figure(adaptation), self.figure)
@@ -322,7 +322,7 @@ class Adapt(AdaptOptions):
             notice(f"Stopped; all trials are saved. To continue: {again}")
             sys.exit(INTERRUPTED)
 
-    def _change(self, adaptation: Adaptation, view: AdaptationView, name: str) -> None:
+    def _change(self, adaptation: Adaptation, view: AdaptationView) -> None:
         """Record, correct, repeat or undo a result, and propose the next gait."""
         text = "undo" if self.undo else self.measured
         for word, given in (("correct", self.correct), ("repeat", self.repeat)):
@@ -339,10 +339,11 @@ class Adapt(AdaptOptions):
         elif not self.json_lines:
             view.print_earlier()
         if proposal := adaptation.proposal:
-            file = _gait_file(adaptation, proposal, f"{name}-trial-{proposal.number}")
+            file = _gait_file(adaptation, proposal)
             view.print_proposal(proposal, file)
             if not self.json_lines:
-                record = command("adapt", adaptation.prior.source, "--name", name, "--measured")
+                atlas, name = adaptation.prior.source, adaptation.name
+                record = command("adapt", atlas, "--name", name, "--measured")
                 output().print(f"  {record} RESULT  # such as 62cm", style="dim")
 
     def opened(self, run: RunSnapshot, name: str) -> Adaptation:
@@ -394,7 +395,6 @@ def _check_proposed(run: RunSnapshot, name: str, flag: str) -> None:
 def ask(
     adaptation: Adaptation,
     view: AdaptationView,
-    name: str,
     play: Callable[[Proposal], object] | None = None,
 ) -> None:
     """Propose gaits and ask for their results, until the answer is empty.
@@ -402,7 +402,6 @@ def ask(
     Args:
         adaptation: the adaptation.
         view: prints it.
-        name: name of the adaptation.
         play: plays each proposal on the robot, before its result is asked for, and after 'again'.
     """
     from gaitsim.adaptation.answers import ANSWERS
@@ -412,7 +411,7 @@ def ask(
     proposed = None
     while (proposal := adaptation.proposal) is not None:
         if proposal != proposed:
-            file = _gait_file(adaptation, proposal, f"{name}-trial-{proposal.number}")
+            file = _gait_file(adaptation, proposal)
             view.print_proposal(proposal, file)
             if play:
                 play(proposal)
@@ -450,8 +449,8 @@ def question(text: str) -> str:
     return answer.strip()
 
 
-def _gait_file(adaptation: Adaptation, proposal: Proposal, name: str) -> Path:
+def _gait_file(adaptation: Adaptation, proposal: Proposal, part: str = "") -> Path:
     """Write the gait of a proposal or trial for the robot, and return the file."""
-    path = adaptation.export(proposal, name)
+    path = adaptation.export(proposal, part)
     report_files(path)
     return path

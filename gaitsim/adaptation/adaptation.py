@@ -487,9 +487,20 @@ class Adaptation(ReprMixin, Iterator[Trial]):
             return f"time of the robot for {session.course:g} m, {unit or 's'}"
         return f"{self.prior.measure} of the robot, {unit or self.prior.unit}".rstrip(", ")
 
-    def export(self, proposal: Proposal, name: str) -> Path:
-        """Write a gait file for the robot to the exports of the atlas, and return its path."""
-        path = exports_folder(self.prior.source) / f"{name}.{self.session.gait_format}"
+    @property
+    def name(self) -> str:
+        """Name of the session's file, or its default name."""
+        if self.path is not None:
+            return self.path.stem
+        return default_name(self.session.place, self.session.damage)
+
+    def export(self, proposal: Proposal, part: str = "") -> Path:
+        """Write a gait file for the robot to the exports of the atlas, and return its path.
+
+        The file has the name of the adaptation, followed by `part` or the number of the trial.
+        """
+        stem = f"{self.name}-{part or f'trial-{proposal.number}'}"
+        path = exports_folder(self.prior.source) / f"{stem}.{self.session.gait_format}"
         write_gait(gait_of(self.individual(proposal)), path, self.session.gait_format)
         return path
 

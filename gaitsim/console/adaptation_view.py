@@ -130,8 +130,7 @@ class AdaptationView:
             style="bold",
         )
         damage = damage_options(adaptation.session.damage)
-        own = ("--member", best.member) if file is None else ("--gait", file)
-        chosen = (prior.source, *own)
+        chosen = (prior.source, *(("--gait", file) if file else ("--member", best.member)))
         commands = {
             "watch it": command("play", *chosen, *damage),
             "export it": command("export", *chosen),

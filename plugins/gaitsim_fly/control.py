@@ -237,13 +237,6 @@ def _fill_lane(lane: int, numbers: Buffer, target: Buffer) -> None:
         target[k, lane] = numbers[k]
 
 
-@njit(inline="always", error_model="numpy")
-def _add_to_lane(lane: int, numbers: Buffer, target: Buffer) -> None:
-    """Add to a lane of `target`, (n or more, LANES)."""
-    for k in range(len(numbers)):
-        target[k, lane] += numbers[k]
-
-
 @njit(nogil=True, cache=True, error_model="numpy")
 def fly(
     genes: NDArray[np.float64],
@@ -313,8 +306,9 @@ def fly(
                 break
             _follow(courses, frame, first, count, g)
             if frame == push_frame:
-                for i in range(LANES):
-                    _add_to_lane(i, push, b[VELOCITY:])
+                for axis in range(3):
+                    for i in range(LANES):
+                        b[VELOCITY + axis, i] += push[axis]
             fill_inputs(b, g, limits, inputs, c)
             wing_commands(weights, layers, code, inputs, outputs)
             if delay > 0.0:

@@ -53,13 +53,8 @@ class AdaptRobot(AdaptOptions, WireOptions):
         self.check_wire()
         run = RunSnapshot.find(self.atlas)
         name = self.name or default_name("robot", normalise_damage(self.damage or ()))
-        names = ("damage", "refine", "trials", "unit", "scale", "fresh")
-        action = Adapt(
-            atlas=self.atlas,
-            robot=True,
-            interactive=True,
-            **{one: getattr(self, one) for one in names},
-        )
+        given = {one: getattr(self, one) for one in AdaptOptions.model_fields}
+        action = Adapt(robot=True, interactive=True, damage=self.damage, **given)
         try:
             with interruptible():
                 adaptation = action.opened(run, name)
@@ -70,7 +65,7 @@ class AdaptRobot(AdaptOptions, WireOptions):
                     _ready()
                     _play(self, adaptation.individual(proposal), file)
 
-                ask(adaptation, view, name, offer)
+                ask(adaptation, view, offer)
                 if adaptation.proposal is None:
                     view.print_result()
         except KeyboardInterrupt:

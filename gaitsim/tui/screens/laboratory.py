@@ -12,7 +12,7 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from gaitsim.adaptation.adaptation import Adaptation, Place, default_name, open_adaptation
+from gaitsim.adaptation.adaptation import Adaptation, Place, open_adaptation
 from gaitsim.adaptation.answers import ANSWERS
 from gaitsim.adaptation.trials import Trial, refinements
 from gaitsim.errors import GaitsimError
@@ -62,7 +62,7 @@ class Laboratory(GaitScreen):
         damaged: pane of the champion on the damaged body.
         adapted: pane of a trial's gait on the damaged body.
         adaptation: adaptation with its trials; None before the first.
-        shown: member shown in `adapted`.
+        shown: trial whose gait is shown in `adapted`; None before the first.
     """
 
     HELP_TEXT = """
@@ -118,8 +118,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self.plan = BodyPlan()
         self._stopping = False
         self.adaptation: Adaptation | None = None
-        self.shown: Member | None = None
-        self._changed: Trial | None = None
+        self.shown: Trial | None = None
         who = f"generation {which}" if isinstance(which, int) else str(which or "champion")
         self.intact = WalkPane(f"{who}, intact", "reading the run …")
         self.damaged = WalkPane(f"{who}, damaged", "enter: remove the chosen leg")
@@ -209,7 +208,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     def show_body(self) -> None:
         """Show the champion on the changed body and discard the trials of the previous one."""
-        self.adaptation = self.shown = self._changed = None
+        self.adaptation = self.shown = None
         self.trials.clear()
         self.adapted.show_message(title="adapted")
         words = " ".join(f"--damage '{text}'" for text in damage_texts(self.damage))
@@ -268,13 +267,10 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         """Propose gaits for a robot and ask for their results, until the answer is empty."""
         try:
             self.adaptation = adaptation = await self.in_thread(self._open, {}, "robot")
-            name = default_name("robot", damage_texts(self.damage))
             while (proposal := adaptation.proposal) is not None:
                 self._list(adaptation)
                 self._arrange()
-                file = await self.in_thread(
-                    adaptation.export, proposal, f"{name}-trial-{proposal.number}"
-                )
+                file = await self.in_thread(adaptation.export, proposal)
                 about = f"Play {file}. {ANSWERS}"
                 ask = Ask(
                     f"Trial {proposal.number}: {adaptation.question}?",
@@ -347,8 +343,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         individual = adaptation.individual(trial)
         walk = await self.in_thread(simulate_walk, individual, self.damage, self.physics)
         won = trial is adaptation.best and not fast
-        self.shown = None if trial.genome else Member(trial.member)
-        self._changed = trial if trial.genome else None
+        self.shown = trial
         self.adapted.show(walk, self.intact.walk, f"{'adapted: ' * won}trial {trial.number}")
         if fast and self.WATCHED:
             canvas = self.adapted.canvas
@@ -358,19 +353,17 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     def action_export(self) -> None:
         """Export the gait shown; a changed gait is written as a gait file."""
-        if self._changed is None:
-            super().action_export()
+        if self.shown is not None and self.shown.genome:
+            self._write(self.shown)
         else:
-            self._write(self._changed)
+            super().action_export()
 
     @work(group="ask")
     async def _write(self, trial: Trial) -> None:
         """Write the gait file of a trial."""
-        adaptation = self.adaptation
-        assert adaptation is not None, "a trial was shown"
-        name = default_name(adaptation.session.place, damage_texts(self.damage))
+        assert self.adaptation is not None, "a trial was shown"
         try:
-            file = await self.in_thread(adaptation.export, trial, f"{name}-trial-{trial.number}")
+            file = await self.in_thread(self.adaptation.export, trial)
         except GaitsimError as error:
             self.gaitsim.show_error(error)
             return
@@ -420,7 +413,8 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 
     @property
     def choice(self) -> RunChoice:
-        return RunChoice(self.run, self.shown or self.which, damage_texts(self.damage))
+        member = None if self.shown is None or self.shown.genome else Member(self.shown.member)
+        return RunChoice(self.run, member or self.which, damage_texts(self.damage))
 
     @property
     def to_verify(self) -> Path | None:
@@ -448,7 +442,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
                 return "The body is intact; press Enter to remove a leg first."
             case "refine" if self.adaptation is None or self.adaptation.session.place == "robot":
                 return "No gait was tried; press a to try gaits of the atlas first."
-            case "replay" if self._changed:
+            case "replay" if self.shown is not None and self.shown.genome:
                 return "A changed gait is not in the atlas; export it as a gait file."
             case "stop" if not busy:
                 return "No adaptation is running."
