@@ -14,8 +14,8 @@ from scipy import stats
 
 from gaitsim.evaluation.worlds import Ranges
 from gaitsim.gait.unseen import Outcome, UnseenResults, worst_tenth
-from gaitsim.study import in_worlds, runtimes, statistics
-from gaitsim.study.results import markdown
+from gaitsim_studies import in_worlds, runtimes, statistics
+from gaitsim_studies.results import markdown
 
 Values = NDArray[np.float64]
 Draw = Callable[[int], Values]

@@ -10,7 +10,7 @@ from gaitsim.render.parallel_view import ParallelAxis, ParallelView
 from gaitsim.render.plots.parallel import parallel_figure
 from gaitsim.render.plots.style import LIGHT
 from gaitsim.render.terminal.parallel import SELECTED, ParallelPicture
-from gaitsim.study.file import Study
+from gaitsim_studies.file import Study
 
 SIZE = 60, 20
 

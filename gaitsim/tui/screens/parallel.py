@@ -17,12 +17,12 @@ from gaitsim.render.terminal.parallel import ParallelPicture
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.storage.files.folder import command
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.importance import read_cells
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.widgets.cells import Picture
 from gaitsim.tui.widgets.lines import Lines
 from gaitsim.tui.widgets.member_plot import MemberCells
+from gaitsim_studies.importance import read_cells
 
 
 class ParallelPlot(MemberCells[ParallelPicture], can_focus=True):
@@ -230,7 +230,7 @@ and crossing lines have values that conflict. The arrow beside a name points to 
         return self._line
 
     def obstacle(self, action: str) -> str:
-        if action in ("replay", "why", "export", "laboratory") and self.choice is None:
+        if action in ("replay", "why", "export") and self.choice is None:
             return "No member of a run is selected."
         if action in ("best", "flip", "move") and self.plot.view is None:
             return "Nothing is shown yet."
