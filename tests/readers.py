@@ -74,7 +74,6 @@ from gaitsim.study.file import cells, parse_study, read_study
 from gaitsim.study.results import sections, write_results
 from gaitsim.study.running import CELLS, read_result, run_cells
 from gaitsim.tui.config import find_problems, read_config, remember
-from gaitsim.tui.hints import Hints
 from gaitsim_hardware.calibration import default_calibration
 from gaitsim_hardware.calibration_file import format_template, read_calibration
 from gaitsim_page.gallery import KIND, RECORD as GALLERY, _own_files
@@ -683,11 +682,6 @@ def runtime(kind, **content):
 FILES = {
     "views.toml": Reader(user_file("views.toml", VIEWS), read_saved_views, TOML),
     "config.toml": Reader(written("config.toml", CONFIG), read_settings, TOML),
-    "keys.json": Reader(
-        written("keys.json", '{"home.new": 1, "live.go": 2}'),
-        lambda path: Hints(path).is_needed("home.new"),
-        JSON,
-    ),
     "gallery.json": Reader(
         written(GALLERY, json.dumps({"kind": KIND, "files": ["pages/a.html"], "runs": []})),
         lambda path: _own_files(path.parent),

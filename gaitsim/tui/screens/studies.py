@@ -60,9 +60,8 @@ random populations.
   sizes, how often and how soon a target is reached. A stopped comparison keeps its finished
   repeats: starting it again continues it.
 
-Both run in the background. **Open** shows tables, intervals, tests and files. **Parallel** shows
-the finished cells of a study in parallel coordinates. **Verify** repeats a part of either and
-compares every bit.
+Both run in the background. **Open** shows tables, intervals, tests and files. **Verify** repeats a
+part of either and compares every bit.
 """
     BINDINGS = bindings("studies")
     DEFAULT_CSS = """
@@ -223,14 +222,6 @@ compares every bit.
         if arguments:
             self.gaitsim.start_task(arguments)
 
-    def action_parallel(self) -> None:
-        """Show the finished cells in parallel coordinates."""
-        from gaitsim.tui.screens.parallel import Parallel
-
-        one = self._chosen()
-        if one is not None:
-            self.app.push_screen(Parallel.of_study(one.path))
-
     def action_continue(self) -> None:
         one = self._chosen()
         if one is not None:
@@ -267,8 +258,6 @@ compares every bit.
                 return one is not None
             case "continue":
                 return one is not None and one.kind == "study" and one.state == "stopped"
-            case "parallel":
-                return one is not None and one.done > 0
             case "stop":
                 return task is not None and task.running
         return super().check_action(action, parameters)
