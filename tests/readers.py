@@ -65,7 +65,6 @@ from gaitsim.storage.signature import read_signature, sign
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.views import read_views
 from gaitsim.tui.config import find_problems, read_config, remember
-from gaitsim.tui.hints import Hints
 from gaitsim_adaptation.adaptation import Said, Session, read_session, write_session
 from gaitsim_adaptation.report import _REPORT, AdaptationReport, Case, read_report
 from gaitsim_adaptation.settings import AdaptationSettings
@@ -686,11 +685,6 @@ def runtime(kind, **content):
 FILES = {
     "views.toml": Reader(user_file("views.toml", VIEWS), read_saved_views, TOML),
     "config.toml": Reader(written("config.toml", CONFIG), read_settings, TOML),
-    "keys.json": Reader(
-        written("keys.json", '{"home.new": 1, "live.go": 2}'),
-        lambda path: Hints(path).is_needed("home.new"),
-        JSON,
-    ),
     "gallery.json": Reader(
         written(GALLERY, json.dumps({"kind": KIND, "files": ["pages/a.html"], "runs": []})),
         lambda path: _own_files(path.parent),

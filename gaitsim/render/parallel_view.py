@@ -74,15 +74,6 @@ class ParallelAxis:
         values = ticks(*self.ends, most)
         return list(zip(self.share(values).tolist(), labels(values), strict=True))
 
-    def text(self, item: int) -> str:
-        """Return the value of an item, with the unit."""
-        value = float(self.values[item])
-        if np.isnan(value):
-            return "–"
-        if self.choices:
-            return self.choices[int(value)]
-        return f"{value:.4g} {self.unit}".rstrip().replace("-", "−")
-
 
 @dataclass(frozen=True, eq=False)
 class ParallelView:

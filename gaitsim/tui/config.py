@@ -1,4 +1,4 @@
-"""The user's settings: `config.toml` with a theme, notifications, hints, and keys by action.
+"""The user's settings: `config.toml` with a theme, notifications, and keys by action.
 
 Invalid settings are reported and ignored; the valid ones apply.
 """
@@ -52,7 +52,6 @@ class Config:
         notify: whether the end of a background run rings the bell and notifies the desktop.
         preview: whether home shows the champion under the cursor, if there is room.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
-        hints: whether screens show hints about keys.
         problems: problems of the file.
     """
 
@@ -61,7 +60,6 @@ class Config:
     notify: bool = True
     preview: bool = True
     keys: Mapping[str, str] = field(default_factory=dict)
-    hints: bool = True
     problems: tuple[GaitsimError, ...] = ()
 
 
@@ -85,7 +83,6 @@ class _Tui(BaseModel):
     model_config = ConfigDict(extra="forbid")
     theme: str | None = None
     notify: StrictBool = True
-    hints: StrictBool = True
     preview: StrictBool = True
 
 
@@ -100,7 +97,6 @@ _ALLOWED = {
     "keys": "a section [keys]",
     "tui.theme": "the name of a theme in quotes",
     "tui.notify": "true or false",
-    "tui.hints": "true or false",
     "tui.preview": "true or false",
 }
 
@@ -133,7 +129,7 @@ def read_config(path: Path) -> Config:
         problems.append(error)
         theme = None
     tui = found.tui
-    return Config(path, theme, tui.notify, tui.preview, found.keys, tui.hints, tuple(problems))
+    return Config(path, theme, tui.notify, tui.preview, found.keys, tuple(problems))
 
 
 def _problem(path: Path, sections: list[str], name: str, detail: Any) -> GaitsimError:

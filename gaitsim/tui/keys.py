@@ -100,8 +100,6 @@ _MEMBER = [
     Shown("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
     Shown("why", "w", "Why", "Explain the score and name the gait"),
     Shown("export", "e", "Export", "Gait files, plots, videos, …"),
-    Shown("parallel", "p", "Parallel", "All members in parallel coordinates",
-          words="coordinates lines axes objectives measures"),
     Hidden("view", "v", "View", "From the corner, the side, above, or the front",
            words="camera side above front angle perspective"),
 ]  # fmt: skip
@@ -298,21 +296,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("right", "right,l", "Right", "Move to the next gait on the right", "move(1, 0)"),
         Hidden("up", "up,k", "Up", "Move to the next gait above", "move(0, 1)"),
         Hidden("down", "down,j", "Down", "Move to the next gait below", "move(0, -1)")],
-    "parallel": [
-        Shown("flip", "f", "Flip", "Turn the selected axis upside down", words="invert reverse"),
-        Shown("move-back", "less_than_sign", "Move axis", "Move the axis to the left", "move(-1)",
-              words="order reorder left"),
-        Shown("move-on", "greater_than_sign", "Move axis", "Move the axis to the right", "move(1)",
-              words="order reorder right"),
-        Shown("best", "b", "Best", "Select the line with the highest score", words="champion"),
-        Shown("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
-        Shown("why", "w", "Why", "Explain the score and name the gait"),
-        Shown("export", "e", "Export", "Gait files, plots, videos, …")],
-    "parallel cursor": [
-        Hidden("left", "left,h", "Left", "Select the axis on the left", "axis(-1)"),
-        Hidden("right", "right,l", "Right", "Select the axis on the right", "axis(1)"),
-        Hidden("up", "up,k", "Up", "Select the next line above on this axis", "item(1)"),
-        Hidden("down", "down,j", "Down", "Select the next line below on this axis", "item(-1)")],
     "compare": [
         Shown("quantity", "o", "Quantity", "Best, mean or median score, or diversity",
               words="median mean diversity best axis", why=_HISTORY),

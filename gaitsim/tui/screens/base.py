@@ -22,7 +22,7 @@ from gaitsim.tui.keys import NAMED, PREFIX, add_package_actions, bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.terminal_output import ContrastFilter
 from gaitsim.tui.themes import is_ours
-from gaitsim.tui.widgets.footer import Footer, Header, HintLine
+from gaitsim.tui.widgets.footer import Footer, Header
 
 if TYPE_CHECKING:
     from gaitsim.individual import Which
@@ -92,8 +92,6 @@ class GaitScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         yield Header()
         yield from self.content()
-        if self.gaitsim.hints is not None:
-            yield HintLine(self.gaitsim.hints)
         yield Footer()
 
     def content(self) -> ComposeResult:

@@ -39,7 +39,7 @@ LONGEST = 10.0  # maximum pause, seconds
 PAUSE = 0.1  # seconds for which the cursor rests before a member is simulated
 NEEDS_GAIT = (
     *("best", "go_to", "replay", "why", "export", "play", "view", "on_individual"),
-    *("along", "mark", "parallel"),
+    *("along", "mark"),
 )
 """The actions that need a member under the cursor."""
 
@@ -305,12 +305,6 @@ class MembersScreen(GaitScreen, Generic[V]):
         answer = await self.app.push_screen_wait(question)
         if answer is not None:
             self.plot.go_to(check(answer))
-
-    def action_parallel(self) -> None:
-        """Show all members in parallel coordinates."""
-        from gaitsim.tui.screens.parallel import Parallel
-
-        self.app.push_screen(Parallel.of_run(*self.choice[:2]))
 
     def action_play(self) -> None:
         canvas = self.pane.canvas

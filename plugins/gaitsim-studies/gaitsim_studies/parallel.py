@@ -18,13 +18,13 @@ MAX_CHOICES = 12  # an option with more numbers has an axis of numbers instead o
 
 def plot_cells(folder: Path, study: Study, found: Sequence[tuple[Cell, Best]]) -> None:
     """Draw the cells of a study into a folder; with a single option, remove an old figure."""
-    view = _view(study, found)
+    view = view_of(study, found)
     drawn = 3 <= len(view.axes) <= MAX_AXES and view.best is not None
     text = f"{study.name}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}"
     replace_figure(folder / FILE, parallel_figure(view, text, LIGHT) if drawn else None)
 
 
-def _view(study: Study, found: Sequence[tuple[Cell, Best]]) -> ParallelView:
+def view_of(study: Study, found: Sequence[tuple[Cell, Best]]) -> ParallelView:
     """Return the finished cells of a study: their options and mean last best scores.
 
     A cell in which a repeat failed has no score.
