@@ -33,11 +33,7 @@ if _typing.TYPE_CHECKING:
         verify as verify,
         view as view,
     )
-    from gaitsim.comparing import (
-        Comparison as Comparison,
-        compare as compare,
-        importance as importance,
-    )
+    from gaitsim.comparing import Comparison as Comparison, compare as compare
     from gaitsim.contracts import (
         BitSpace as BitSpace,
         Fitness as Fitness,
@@ -65,7 +61,7 @@ _NAMES = {
     "gaitsim.api": (
         "Run RunningSearch analyse evolve export load picture presets runs share verify view"
     ),
-    "gaitsim.comparing": "Comparison compare importance",
+    "gaitsim.comparing": "Comparison compare",
     "gaitsim.contracts": "BitSpace Fitness Motion Organism RealSpace",
     "gaitsim.errors": "GaitsimError",
     "gaitsim.evaluating": "evaluate",

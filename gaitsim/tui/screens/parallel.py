@@ -17,7 +17,7 @@ from gaitsim.render.terminal.parallel import ParallelPicture
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.storage.files.folder import command
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.importance import read_cells
+from gaitsim.study.running import read_cells
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.widgets.cells import Picture
@@ -167,7 +167,7 @@ and crossing lines have values that conflict. The arrow beside a name points to 
         """Return the screen of a study's finished cells."""
 
         def load() -> ParallelView:
-            study, found, _ = read_cells(folder)
+            study, found = read_cells(folder)
             return ParallelView.of_study(study, found)
 
         return cls(load, folder.name, command("study", folder))
