@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from collections.abc import Mapping, Sequence
@@ -18,7 +17,6 @@ from gaitsim.actions.action import (
     POPULATION,
     SET,
     WORKERS,
-    WORLD_SEED,
     Action,
     argument,
 )
@@ -30,12 +28,8 @@ from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
     from gaitsim.evaluation import Executor
-    from gaitsim.evaluation.worlds import Ranges
     from gaitsim.experiment import Experiment
-    from gaitsim.gait.unseen import UnseenResults
-    from gaitsim.individual import Individual
     from gaitsim_studies.comparison import Findings, Sample
-    from gaitsim_studies.in_worlds import Ranking
 
 
 class CompareExperiments(Action):
@@ -53,14 +47,12 @@ class CompareExperiments(Action):
     gaitsim compare millipede-random millipede-double-mutation
 
     gaitsim compare spider spider-genetic --evaluations 9000 --targets 1.5,2,2.5
-
-    gaitsim compare runs/walker-four runs/walker-worlds --worlds 100
     """
 
-    not_in_forms = (*Action.not_in_forms, "set_", "dask", "worlds", "world_seed")
+    not_in_forms = (*Action.not_in_forms, "set_", "dask")
 
     experiments: Names = argument(
-        "two or more presets, TOML files or robot files; with --worlds, runs",
+        "two or more presets, TOML files or robot files",
         "NAME|FILE",
         allowed="names separated by spaces",
         completion="preset_names",
@@ -94,13 +86,6 @@ class CompareExperiments(Action):
         placeholder="FOLDER",
     )
     format: PlotFormat = option("png", "format of the figures")
-    worlds: int | None = option(
-        None,
-        "rank runs instead of experiments: evaluate the champion of each run in the same N "
-        "randomly drawn worlds, and compare the means of the worst 10 % of the results",
-        placeholder="N",
-    )
-    world_seed: int | None = WORLD_SEED
     json_lines: bool = JSON
 
     def load(self) -> tuple[Sequence[float], int, dict[str, Experiment]]:
@@ -135,14 +120,9 @@ class CompareExperiments(Action):
         """Evolve the repeats, and write the report."""
         from gaitsim.console.cluster import cluster
         from gaitsim.console.printing import notice, print_json
-        from gaitsim.console.unseen import check_worlds
         from gaitsim.storage.files.folder import check_links, command, create_folder
         from gaitsim_studies.comparison import experiment_texts, warning
 
-        check_worlds(self.worlds, self.world_seed)
-        if self.worlds is not None:
-            _rank_runs(self, self.worlds)
-            return
         aims, budget, loaded = self.load()
         if problem := warning(loaded.values()):
             notice(f"Warning: {problem}")
@@ -343,98 +323,3 @@ def _print(folder: Path, findings: Findings, again: str) -> None:
     console.print(f"\n{methods(findings)}\n", style="dim")
     console.print(f"Report: {folder / REPORT}")
     console.print(f"Repeat: {again}", soft_wrap=True)
-
-
-def _rank_runs(action: CompareExperiments, number: int) -> None:
-    """Evaluate the champions of runs in the same unseen worlds, and print their ranking."""
-    from gaitsim.console.printing import print_json
-    from gaitsim.console.unseen import evaluate_with_progress
-    from gaitsim.storage.files.folder import find_run
-    from gaitsim_studies.in_worlds import rank_in_worlds
-
-    evolving = "evaluations", "targets", "generations", "population", "set_", "dask", "out"
-    if given := action.flags_of(*evolving):
-        raise GaitsimError(
-            f"--worlds ranks existing runs, and cannot be combined with {' and '.join(given)}",
-            allowed="--world-seed, --workers and --json",
-        )
-
-    def evaluate(label: str, champion: Individual, ranges: Ranges) -> UnseenResults:
-        return evaluate_with_progress(
-            champion,
-            number,
-            action.world_seed,
-            workers=action.workers,
-            ranges=ranges,
-            what=label,
-        )
-
-    paths = [find_run(one) for one in action.experiments]
-    found = rank_in_worlds(paths, number, seed=action.world_seed or 0, evaluate=evaluate)
-    if action.json_lines:
-        print_json(found.to_dict())
-    else:
-        _print_ranking(found, number)
-
-
-def _print_ranking(found: Ranking, number: int) -> None:
-    from gaitsim.console.printing import notice, output, print_table
-    from gaitsim.render.terminal.explanation import (
-        format_or_dash,
-        format_percent,
-        format_spans,
-        format_strongest,
-    )
-    from gaitsim_studies.in_worlds import LEAST_WORLDS
-    from gaitsim_studies.statistics import CONFIDENCE
-
-    def spread(low: float, high: float) -> str:
-        return "–" if math.isnan(low) else f"{low:z.3f} to {high:z.3f}".replace("-", "−")
-
-    console = output()
-    first = found.runs[0].unseen
-    unit = f"{first.measure} {first.unit}".rstrip()
-    interval = f"{100 * CONFIDENCE:.0f} % CI"
-    for note in found.notes:
-        notice(note)
-    title = f"Champions in the same {number:,} unseen worlds, {unit}"
-    console.print(title, style="bold")
-    rows = [
-        (
-            one.label,
-            format_or_dash(one.unseen.worst_tenth, 3),
-            spread(one.low, one.high),
-            format_or_dash(one.unseen.median, 3),
-            format_or_dash(one.unseen.nominal.result, 3),
-            format_percent(one.unseen.kept(one.unseen.worst_tenth)),
-            f"{one.unseen.falls:,}",
-            format_strongest(one.unseen),
-        )
-        for one in found.runs
-    ]
-    numbers = "worst tenth", interval, "median", "nominal", "of nominal", "falls"
-    print_table(["run", *numbers, "worst condition"], rows, numbers)
-    console.print("\nDifferences of the worst tenths", style="bold")
-    pairs = [
-        (
-            f"{pair.first} − {pair.second}",
-            format_or_dash(pair.difference, 3),
-            spread(pair.low, pair.high),
-            {True: "yes", False: "no", None: "–"}[pair.differs],
-        )
-        for pair in found.pairs
-    ]
-    print_table(["pair", "difference", interval, "differs"], pairs, ("difference", interval))
-    intervals = (
-        "The intervals come from resampling the worlds, equally for both "
-        "runs of a pair; they describe these champions,\nnot repeats of the runs."
-    )
-    if number < LEAST_WORLDS:
-        intervals = f"Fewer than {LEAST_WORLDS} worlds are too few for confidence intervals."
-    console.print(
-        "\nWorst tenth: the mean of the worst tenth of the results. Of nominal: that mean divided "
-        f"by the nominal result.\n{intervals}\n"
-        f"Worlds: seed {first.seed}; {', '.join(format_spans(first))}.",
-        style="dim",
-        soft_wrap=True,
-    )

@@ -19,7 +19,6 @@ from gaitsim_studies.comparison import (
     equal_budgets,
     load_experiments,
 )
-from gaitsim_studies.importance import Importance, importance_of
 from gaitsim_studies.running import repeat_experiment
 
 if TYPE_CHECKING:
@@ -108,30 +107,6 @@ def compare(
     if found.warning:
         warn(found.warning)
     return found
-
-
-def importance(study: str | Path) -> list[Importance]:
-    """Return the importance of the options of a study that `gaitsim study` has finished.
-
-    Each share is the part of the variance of the best scores that an option, a pair of options or
-    the seed explains. If the scores of the experiments are not comparable, each experiment has its
-    own importance.
-
-    Args:
-        study: folder of the study, such as 'studies/rates'.
-
-    Raises:
-        GaitsimError: the folder holds no study, or some of its cells are not finished.
-
-    Examples:
-        ```python
-        import gaitsim as gs
-
-        (found,) = gs.importance("studies/rates")
-        print(found.shares[0].name, found.shares[0].share)
-        ```
-    """
-    return importance_of(Path(study))
 
 
 def _check_count(name: str, value: Any, least: int) -> None:

@@ -22,7 +22,6 @@ from gaitsim.storage.files.atomic import sweep, write_bytes, writing
 from gaitsim.storage.lock import is_locked
 from gaitsim_studies.confirmation import ReachedTarget
 from gaitsim_studies.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study
-from gaitsim_studies.importance import COLUMNS, RULE, Importance
 from gaitsim_studies.running import CELLS, Best, recorded_generations
 from gaitsim_studies.runtimes import target_text
 from gaitsim_studies.statistics import CONFIDENCE, LEAST_FOR_MEANS
@@ -125,31 +124,23 @@ def write_results(
     study: Study,
     results: Sequence[tuple[Cell, Best]],
     reached: Sequence[ReachedTarget] = (),
-    importance: Sequence[Importance] = (),
 ) -> None:
-    """Write the table and, if the study has a target or options that vary, the report.
+    """Write the table and the report.
 
     Args:
         folder: folder of the study.
         study: the study.
         results: results of the sweep.
         reached: cheapest cell of each experiment that reaches the target.
-        importance: importance of the options.
     """
     sweep(folder)
     with writing(folder / REPORT):
         (folder / REPORT).unlink(missing_ok=True)
     write_bytes(folder / TABLE, table(study, results).encode(), follow=False)
-    lines = []
+    lines = [f"# {study.name}", "", study.description, ""]
     if study.target is not None:
         lines += [f"## {title(study)}", "", *markdown(*summary(study, reached)), ""]
         lines += [f"Rule: {rule(study)}.", ""]
-    for one in importance:
-        lines += [f"## {one.title}", "", *(markdown(COLUMNS, one.rows) if one.shares else []), ""]
-        lines += [f"{' '.join([*one.notes, RULE])}.", ""]
-    if not lines:
-        return
-    lines = [f"# {study.name}", "", study.description, "", *lines]
     write_bytes(folder / REPORT, "\n".join(lines).encode(), follow=False)
 
 

@@ -17,19 +17,15 @@ if TYPE_CHECKING:
     from gaitsim.evaluation import Executor
     from gaitsim_studies.confirmation import ReachedTarget
     from gaitsim_studies.file import Cell, Study
-    from gaitsim_studies.importance import Importance
     from gaitsim_studies.running import Best
 
 
 class RunStudy(Action):
-    """Evolve every combination of chosen options, and say which of them matter.
+    """Evolve every combination of chosen options, and tabulate their scores.
 
     The file of the study lists the options and their values; each combination is a cell. If the
     file sets a target score, gaitsim also evolves new repeats of the cells that reach the target
     with the fewest evaluations, to confirm that they reach it ('confirm' in the file).
-
-    The importance of an option is the share of the variance of the scores that it explains.
-    --json prints it for scripts.
 
     Ctrl-C stops the study and keeps finished cells; to continue, pass the folder of the study.
 
@@ -79,13 +75,13 @@ class RunStudy(Action):
 
     def do(self) -> None:
         """Run the cells, and write the results."""
+        from dataclasses import asdict
+
         from gaitsim.console.cluster import cluster
         from gaitsim.console.printing import print_json
         from gaitsim.storage.files.folder import check_links, create_folder
         from gaitsim.storage.lock import RunLock
         from gaitsim_studies.file import STUDY, cells, experiment_files, read_study
-        from gaitsim_studies.importance import importances
-        from gaitsim_studies.importance_plot import plot_importance
         from gaitsim_studies.parallel import plot_cells
         from gaitsim_studies.results import write_results
         from gaitsim_studies.running import results
@@ -111,27 +107,19 @@ class RunStudy(Action):
                 reached = _confirm(folder, study, found, self.workers, executor)
                 if reached is None:
                     _exit_stopped(folder)
-                importance = importances(study, found)
-                write_results(folder, study, found, reached, importance)
+                write_results(folder, study, found, reached)
                 plot_surfaces(folder, study, found)
-                plot_importance(folder, importance)
                 plot_cells(folder, study, found)
             finally:
                 lock.release()
         if self.json_lines:
-            print_json({"folder": str(folder), "importance": [one.to_dict() for one in importance]})
+            print_json({"folder": str(folder), "reached": [asdict(one) for one in reached]})
             return
-        _print(folder, study, reached, importance)
+        _print(folder, study, reached)
 
 
-def _print(
-    folder: Path,
-    study: Study,
-    reached: Sequence[ReachedTarget],
-    importance: Sequence[Importance],
-) -> None:
+def _print(folder: Path, study: Study, reached: Sequence[ReachedTarget]) -> None:
     from gaitsim.console.printing import output, print_table, report_files
-    from gaitsim_studies.importance import COLUMNS, RULE
     from gaitsim_studies.results import TABLE, rule, summary, title
 
     console = output()
@@ -139,11 +127,6 @@ def _print(
         console.print(f"\n{title(study)}", style="bold")
         print_table(*summary(study, reached))
         console.print(f"Rule: {rule(study)}.", style="dim")
-    for one in importance:
-        console.print(f"\n{one.title}", style="bold")
-        if one.shares:
-            print_table(COLUMNS, one.rows, numbers=COLUMNS[1:3])
-        console.print(f"{' '.join([*one.notes, RULE])}.", style="dim")
     report_files(folder / TABLE)
     console.print(f"\nTable: {folder / TABLE}")
 

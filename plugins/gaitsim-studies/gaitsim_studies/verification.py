@@ -15,7 +15,6 @@ from gaitsim.storage.accounts import Account, FilesVerdict
 from gaitsim.storage.files.folder import check_links
 from gaitsim_studies.confirmation import confirm
 from gaitsim_studies.file import STUDY, Cell, Study, cells, read_study
-from gaitsim_studies.importance import importances
 from gaitsim_studies.results import LARGEST_REPORT, LARGEST_TABLE, REPORT, TABLE, write_results
 from gaitsim_studies.running import (
     CELLS,
@@ -86,7 +85,7 @@ def verify_study(
         if finished and len(present) == len(all_cells):
             scores, _ = results(there, study, all_cells)
             reached = confirm(there, study, scores, workers)
-            write_results(there, study, scores, reached, importances(study, scores))
+            write_results(there, study, scores, reached)
             for name, largest in LARGEST.items():
                 if _content(folder / name, largest) != _content(there / name, largest):
                     found.append(f"{name} does not follow from the scores")

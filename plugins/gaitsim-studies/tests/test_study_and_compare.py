@@ -172,28 +172,3 @@ def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path)
     gaitsim(*values["command"].split()[1:], "--out", "again")
     for name in ("results.csv", "ecdf.csv"):
         assert (tmp_path / "again" / name).read_text() == (folder / name).read_text()
-
-
-@pytest.mark.slow
-def test_runs_are_ranked_in_the_same_unseen_worlds(gaitsim):
-    small = ("--population", 6, "--generations", 2, "--set", "organism.duration=1", "--workers", 1)
-    gaitsim("run", "walker", *small)
-    gaitsim("run", "walker", *small, "--seed", 5, "--set", "worlds.ranges.friction=[0.2, 0.5]")
-    rank = ("compare", "walker", "walker-2", "--worlds", 11, "--workers", 1)
-    said = gaitsim(*rank)
-    assert "Differences of the worst tenths" in said.stdout
-    assert "Fewer than 100 worlds are too few for confidence intervals" in said.stdout
-    assert "friction" in said.stderr
-    found = json.loads(gaitsim(*rank, "--json").stdout)
-    first, second = found["runs"]
-    assert first["worst_tenth"] >= second["worst_tenth"]
-    assert first["ranges"] == second["ranges"] == found["ranges"]
-    assert found["ranges"]["friction"][0] == 0.2
-    gaitsim("run", "millipede", "--population", 11, "--generations", 2)
-    refused = (
-        (("walker", "millipede"), "no conditions that vary between worlds"),
-        (("walker",), "two runs"),
-        (("walker", "walker-2", "--evaluations", 50), "--evaluations"),
-    )
-    for arguments, named in refused:
-        assert named in gaitsim("compare", *arguments, "--worlds", 3, code=2).stderr
