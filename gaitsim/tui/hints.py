@@ -5,7 +5,7 @@ from pathlib import Path
 
 from gaitsim.errors import GaitsimError
 from gaitsim.opening import read_regular
-from gaitsim.storage.views import user_folder
+from gaitsim.storage.settings import user_folder
 
 LEARNT = 2  # uses after which an action is known
 SHOWN = 2  # maximum number of hints at a time

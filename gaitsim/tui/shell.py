@@ -121,6 +121,8 @@ class Shell(ViKeys):
         hints: how often the user has used keys; None without hints.
         catalogue: installed plugins; None until a screen has read them.
         preview: whether home shows the champion under the cursor, if there is room.
+        columns: keys of the columns of the list of runs; () for the usual ones.
+        sort: key to sort the runs by; see `Config.sort`.
     """
 
     _has_inks = False  # whether the console knows the colours of a theme
@@ -142,6 +144,7 @@ class Shell(ViKeys):
         self._config = config
         self.hints = Hints(state_path()) if config is not None and config.hints else None
         self.preview = config is None or config.preview
+        self.columns, self.sort = (config.columns, config.sort) if config else ((), "")
         for ours in THEMES:
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
@@ -284,7 +287,7 @@ class Shell(ViKeys):
         self.theme = name
         self.remember(THEME, name)
 
-    def remember(self, key: str, value: str | bool) -> None:
+    def remember(self, key: str, value: str | bool | list[str]) -> None:
         """Store a setting, if the user's settings are read."""
         if self._config is not None:
             try:
