@@ -584,7 +584,6 @@ class Run(ReprMixin):
         *,
         everything: bool | None = None,
         workers: int | None = None,
-        signers: str | Path | None = None,
     ) -> Verdict:
         """Reproduce generations bit for bit, like `gaitsim verify`.
 
@@ -593,7 +592,6 @@ class Run(ReprMixin):
             everything: whether to reproduce the whole run, up to the first difference; None does so
                 if it took at most a minute.
             workers: number of parallel workers; None chooses the body's default.
-            signers: file with names and public keys of known signers.
 
         Returns:
             The verdict, whose `identical` says whether all is identical.
@@ -602,10 +600,7 @@ class Run(ReprMixin):
             RunError: a generation does not exist, or the run cannot be read.
         """
         check_workers(workers)
-        known = None if signers is None else Path(signers)
-        return verify_run(
-            self.snapshot, generations, everything=everything, workers=workers, signers=known
-        )
+        return verify_run(self.snapshot, generations, everything=everything, workers=workers)
 
     def share(self) -> str:
         """Return the challenge code of the champion; see `Individual.share`."""

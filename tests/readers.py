@@ -61,9 +61,7 @@ from gaitsim.storage.manage import read_note, read_tags, write_note, write_tags
 from gaitsim.storage.overview import list_overviews
 from gaitsim.storage.provenance import read_provenance
 from gaitsim.storage.query import parse_query
-from gaitsim.storage.signature import read_signature, sign
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.views import read_views
 from gaitsim.tui.config import find_problems, read_config, remember
 from gaitsim_adaptation.adaptation import Said, Session, read_session, write_session
 from gaitsim_adaptation.report import _REPORT, AdaptationReport, Case, read_report
@@ -252,15 +250,6 @@ def run_of_puppets(folder):
     RunLock(path).release()
 
 
-@kept
-def signed_run(folder):
-    path = create_run(puppet(), folder / "run")
-    continue_run(path, 3)
-    key = folder / "key"
-    subprocess.run(["ssh-keygen", "-q", "-t", "ed25519", "-N", "", "-f", key], check=True)
-    sign(RunSnapshot(path), key)
-
-
 def of_run(name: str, read: Callable, layers=(BYTES,), make=run_of_puppets, **more) -> Reader:
     """Return the reader of a file in a run; `read` receives the run and the path."""
 
@@ -323,9 +312,6 @@ RUNS = {
     "resuming history.csv": of_run("history.csv", resume),
     "resuming population.pickle": of_run("population.pickle", resume, CHECKPOINT),
 }
-if shutil.which("ssh-keygen"):
-    for name in ("signed.txt", "signed.txt.sig"):
-        RUNS[name] = of_run(name, lambda run, _: read_signature(run), make=signed_run)
 
 
 # Studies
@@ -638,11 +624,6 @@ SHARED = {
 # Files of the user, and of other processes
 
 
-def read_saved_views(path):
-    os.environ["XDG_CONFIG_HOME"] = str(path.parents[1])
-    read_views()
-
-
 def read_settings(path):
     """Read the settings, and remember a theme in them."""
     find_problems(read_config(path))
@@ -650,15 +631,6 @@ def read_settings(path):
     assert read_config(path).theme == "dracula"
 
 
-def user_file(name, content):
-    def make(folder):
-        (folder / "gaitsim").mkdir()
-        return written(name, content)(folder / "gaitsim")
-
-    return make
-
-
-VIEWS = '[mine]\nwhere = "score>0"\ncolumns = ["score"]\nsort = "-score"\ngroup = "body"\n'
 CONFIG = '[tui]\ntheme = "nord"\nnotify = true\n[keys]\nhome.delete = "x" # mine\n'
 
 
@@ -683,7 +655,6 @@ def runtime(kind, **content):
 
 
 FILES = {
-    "views.toml": Reader(user_file("views.toml", VIEWS), read_saved_views, TOML),
     "config.toml": Reader(written("config.toml", CONFIG), read_settings, TOML),
     "gallery.json": Reader(
         written(GALLERY, json.dumps({"kind": KIND, "files": ["pages/a.html"], "runs": []})),

@@ -28,7 +28,7 @@ from gaitsim.registry.loading import call_product, load_object, products
 from gaitsim.registry.options import declared, flag, read_options, validated, value_type
 from gaitsim.storage.files.atomic import write_bytes
 from gaitsim.storage.files.folder import EXPORTS
-from gaitsim.storage.views import user_folder
+from gaitsim.storage.settings import user_folder
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual

@@ -1,4 +1,4 @@
-"""Actions on runs in a list: delete, restore, rename, tag, annotate, stop and queue them."""
+"""Actions on runs in a list: delete, restore, rename, tag, annotate and stop them."""
 
 import asyncio
 from collections import Counter
@@ -208,14 +208,6 @@ class RunActions(GaitScreen):
         for run in runs:
             self.run_changed(run.path, run.path)
 
-    @work(group="requeue")
-    async def action_requeue(self, by: int) -> None:
-        """Move the run by a number of places in the queue of background runs."""
-        run = self.current()
-        if run is not None and (runs := await self._try(_requeue, run.path, by)):
-            order = _join_names([one.name for one in runs])
-            self.notify(order, title="Order of the queue", markup=False)
-
     async def _try(self, do: Callable[..., T], *arguments: object) -> T | None:
         """Call a function in a thread; if it fails, show its error and return None."""
         try:
@@ -248,14 +240,6 @@ def edited_tags(tags: Iterable[str], words: str) -> list[str]:
 def _call(do: Callable[[], object]) -> bool:
     do()
     return True
-
-
-def _requeue(run: Path, by: int) -> list[Path]:
-    """Move a run in the queue, and return the queue."""
-    from gaitsim.live.slots import move_queued, queued_runs
-
-    runs, here = queued_runs(), run.resolve()
-    return move_queued(run, max(0, runs.index(here) + by) if here in runs else 0)
 
 
 def _restore(runs: "Sequence[TrashedRun]") -> None:

@@ -16,7 +16,7 @@ from gaitsim.experiment.overrides import Problems, invalid_value
 from gaitsim.gait.gait_files import Gait, check_folder
 from gaitsim.legged import SERVOS
 from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.views import editing
+from gaitsim.storage.settings import editing
 from gaitsim_hardware.calibration import BUSES, Calibration, Joint
 
 SCHEMA = 1
