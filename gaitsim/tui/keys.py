@@ -104,6 +104,16 @@ _MEMBER = [
            words="camera side above front angle perspective"),
 ]  # fmt: skip
 
+_FORM = [
+    Shown("search", "ctrl+f", "Find", "Search options", priority=True,
+          words="find option parameter filter rate"),
+    Hidden("words", "slash", "Search", "Search options", "search"),
+    Shown("reset", "ctrl+z", "Reset", "Undo all changes", words="undo default discard"),
+    Hidden("next", "ctrl+right", "Next", "Next tab", "tab(1)"),
+    Hidden("before", "ctrl+left", "Back", "Previous tab", "tab(-1)"),
+    Hidden("copy", "ctrl+y", "Copy", "The command", "app.copy_command"),
+]  # fmt: skip
+
 ACTIONS: dict[str, list[ScreenAction]] = {
     "app": [
         Shown("help", "question_mark", "Help", "Show keys and their use",
@@ -310,19 +320,17 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("worlds", "w", "Worlds", "Evaluate the gait in 100 unseen worlds")],
     "new": [
         Shown("run", "ctrl+r", "Run", "Start the run", words="start begin evolve go"),
-        Shown("search", "ctrl+f", "Find", "Search options", priority=True,
-              words="find option parameter filter rate"),
-        Hidden("words", "slash", "Search", "Search options", "search"),
         Shown("save", "ctrl+s", "Save", "Save the experiment file",
               words="write toml experiment export"),
         Shown("preset", "ctrl+g", "Preset", "Choose a different preset",
               words="start from gallery body", priority=True),
         Shown("load", "ctrl+l", "Load", "Load the file of an experiment or a robot",
               words="open toml urdf mjcf experiment robot import"),
-        Shown("reset", "ctrl+z", "Reset", "Undo all changes", words="undo default discard"),
-        Hidden("next", "ctrl+right", "Next", "Next tab", "tab(1)"),
-        Hidden("before", "ctrl+left", "Back", "Previous tab", "tab(-1)"),
-        Hidden("copy", "ctrl+y", "Copy", "The command", "app.copy_command")],
+        *_FORM],
+    "change": [
+        Shown("accept", "ctrl+r", "Apply", "Apply the changes, or fork the run with them",
+              words="change fork continue run"),
+        *_FORM],
     "plugins": [
         Shown("new", "n", "New run", "Create a run with this body or preset",
               words="start begin create", why="Select a body or a preset that can be loaded."),
@@ -418,11 +426,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("usual", "u", "Usual", "Return to the usual columns"),
         Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
     "ask": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
-    "change": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
-    "change field": [
-        Hidden("options", "down", "Options", "Go to the list of options", "screen.options"),
-        Hidden("complete", "tab", "Complete",
-               "Complete the typed word, or move to the next field", "screen.complete")],
     "code show": [
         Shown("copy", "c", "Copy", "Copy the code again"),
         Shown("close", "escape,enter", "Close", "Close the dialog", "dismiss")],
