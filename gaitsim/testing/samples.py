@@ -1,4 +1,4 @@
-"""Helpers of the rules: bit-for-bit comparison by digests, and valid populations."""
+"""Helpers of the checks: bit-for-bit comparison by digests, and valid populations."""
 
 import hashlib
 import time
@@ -20,7 +20,10 @@ from gaitsim.contracts import (
     Search,
     Skeleton,
 )
-from gaitsim.testing.report import Finding, error
+from gaitsim.evaluation.scoring import check_motion
+from gaitsim.experiment.model import space_of
+from gaitsim.registry import Entry
+from gaitsim.testing.finding import require_type
 
 
 def digest(value: object) -> str:
@@ -53,19 +56,6 @@ def _add(sha: Any, value: object) -> None:
 def same(one: object, other: object) -> bool:
     """Return whether two values are identical bit for bit; NaN equals NaN."""
     return digest(one) == digest(other)
-
-
-def changed_shapes(motion: Motion, other: Motion) -> list[str]:
-    """Return the channels that have different shapes in two motions of a body."""
-    return [name for name in motion if np.shape(other[name]) != np.shape(motion[name])]
-
-
-def same_space(one: Organism, other: Organism) -> bool:
-    """Return whether the genome spaces of two bodies draw the same genomes."""
-    first, second = (
-        body.genome_space().random(5, np.random.default_rng(3)) for body in (one, other)
-    )
-    return same(first, second)
 
 
 def select_rows(motion: Motion, indices: Sequence[int]) -> dict[str, Any]:
@@ -126,36 +116,10 @@ def supported_spaces(operator: Crossover | Mutation | Search) -> Iterator[tuple[
     )
 
 
-def check_schedule(plugin: Plugin, contract: type[Plugin]) -> Iterator[Finding]:
+def check_schedule(plugin: Plugin, contract: type[Plugin]) -> None:
     """Check that `at` returns a plugin in early and late generations."""
     for generation in GENERATIONS:
-        scheduled: object = plugin.at(generation)
-        if not isinstance(scheduled, contract):
-            yield error(
-                "schedule",
-                f"at({generation}) returns a {contract.__name__}",
-                f"a {type(scheduled).__name__}",
-                "return self.model_copy(update={…})",
-            )
-            return
-
-
-def check_array(
-    method: str, what: str, value: object, shape: tuple[int, ...], dtype: np.dtype[Any]
-) -> Iterator[Finding]:
-    """Check that a value is an array with the expected shape and dtype."""
-    expected = f"{method} returns an array of shape {shape}, dtype {dtype} ({what})"
-    if not isinstance(value, np.ndarray):
-        yield error("shapes", expected, f"a {type(value).__name__}", "return a NumPy array")
-    elif value.shape != shape:
-        yield error(
-            "shapes",
-            expected,
-            f"shape {value.shape}",
-            "see the docstring of the method in gaitsim.contracts",
-        )
-    elif value.dtype != dtype:
-        yield error("dtypes", expected, f"dtype {value.dtype}", f"end with .astype({dtype.name!r})")
+        require_type(f"at({generation})", plugin.at(generation), contract)
 
 
 def measure_rate(work: Callable[..., object], arguments: Sequence[object], count: int) -> float:
@@ -163,3 +127,22 @@ def measure_rate(work: Callable[..., object], arguments: Sequence[object], count
     start = time.perf_counter()
     work(*arguments)
     return count / max(time.perf_counter() - start, 1e-9)
+
+
+COUNT = 6  # number of individuals moved
+
+
+def sample_genomes(space: GenomeSpace, count: int = COUNT) -> Genomes:
+    """Return `count` random genomes, (count, genes).
+
+    In a real space, the last two of more than two genomes lie at the lower and upper bounds.
+    """
+    genomes = space.random(count, np.random.default_rng(1))
+    if isinstance(space, RealSpace) and count > 2:
+        genomes[-2:] = space.repair(np.stack([space.lower, space.upper]))
+    return genomes
+
+
+def sample_motion(entry: Entry, body: Organism) -> Motion:
+    """Return the motion of a few individuals, as input for a fitness."""
+    return check_motion(entry, body.move(sample_genomes(space_of(entry, body))))

@@ -1,7 +1,8 @@
-"""Trial runs of a search without a body, with artificial scores and values."""
+"""Trials of searches and reflexes without a body, with artificial scores and observations."""
 
+import json
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from gaitsim.contracts import (
     Search,
     State,
 )
+from gaitsim.contracts.reflex import OBSERVATIONS, Floats, Inputs, Legs, Observation, Reflex
 
 PLACEHOLDERS: Mapping[str, object] = {
     "objectives": {"score": "max", "first": "min"},
@@ -35,6 +37,11 @@ def with_placeholders(model: type[Plugin], options: Mapping[str, Any]) -> dict[s
         return dict(options)
     required = (name for name, field in model.model_fields.items() if field.is_required())
     return {name: PLACEHOLDERS[name] for name in required if name in PLACEHOLDERS} | dict(options)
+
+
+def build_plugin(model: type[Plugin], values: Mapping[str, Any]) -> Plugin:
+    """Return a plugin with options, validated as in an experiment file."""
+    return model.model_validate_json(json.dumps(values), strict=True)
 
 
 @dataclass(frozen=True)
@@ -135,3 +142,81 @@ def make_trial(search: Search, space: GenomeSpace) -> SearchTrial | None:
     """Return a trial with the first supported population size; None if none is supported."""
     supported = (size for size in POPULATIONS if not search.objection(space, size))
     return next((SearchTrial(search, space, size) for size in supported), None)
+
+
+INDIVIDUALS = 5
+STEPS = 50
+INTERVAL = 0.02  # s
+LEGS = {
+    "four legs": Legs(
+        ("FL", "FR", "HL", "HR"),
+        np.array([[0.1, 0.08], [0.1, -0.08], [-0.1, 0.08], [-0.1, -0.08]]),
+        0.15,
+        12,
+    ),
+    "two legs": Legs(("L", "R"), np.array([[0.0, 0.05], [0.0, -0.05]]), 0.4, 10),
+}
+"""The legs on which reflexes are tried."""
+
+
+def _observe(legs: Legs, needs: tuple[str, ...], step: int) -> Observation:
+    """Return random observations of a population; those that the reflex does not need are NaN."""
+    rng = np.random.default_rng([3, step])
+    shape = (INDIVIDUALS, len(legs.names))
+    walking = np.where(rng.random((INDIVIDUALS, 1)) < 0.8, 1.0, 0.0)
+    seen = Observation(
+        orientation=rng.normal(size=(INDIVIDUALS, 3)),
+        rates=rng.normal(size=(INDIVIDUALS, 3)),
+        contacts=rng.integers(2, size=shape).astype(np.float64),
+        load=rng.random(shape),
+        joints=rng.normal(size=(INDIVIDUALS, legs.joints)),
+        command=walking * rng.normal(size=(INDIVIDUALS, 4)),
+        heading=rng.normal(size=INDIVIDUALS),
+        phase=rng.random(shape),
+        duty=0.3 + 0.5 * rng.random((INDIVIDUALS, 1)),
+    )
+    for name in {*OBSERVATIONS} - {*needs}:
+        getattr(seen, name)[:] = np.nan
+    return seen
+
+
+@dataclass
+class ReflexTrial:
+    """A reflex on random observations.
+
+    Attributes:
+        reflex: reflex to try.
+        legs: legs of the body.
+        rows: individuals of the population that take part.
+    """
+
+    reflex: Reflex
+    legs: Legs
+    rows: range = range(INDIVIDUALS)
+
+    def start(self) -> Any:
+        """Return the state at the start."""
+        rng = np.random.default_rng(1)
+        genes: Floats = 2 * rng.random((INDIVIDUALS, self.reflex.weights(self.legs))) - 1
+        return self.reflex.start(self.legs, genes[self.rows].copy())
+
+    def observe(self, step: int) -> Observation:
+        """Return the observations of a step."""
+        seen = _observe(self.legs, self.reflex.needs, step)
+        return Observation(**{name: values[self.rows] for name, values in fields_of(seen).items()})
+
+    def run(self, steps: int = STEPS) -> dict[str, Any]:
+        """Return the inputs after each step, and the state at the end, by name."""
+        state = self.start()
+        found: dict[str, Any] = {}
+        for step in range(steps):
+            seen = self.observe(step)
+            inputs = Inputs.unchanged(seen.command, len(self.legs.names))
+            self.reflex.step(state, seen, inputs, INTERVAL)
+            found |= {f"{name} of step {step}": value for name, value in fields_of(inputs).items()}
+        return found | {f"state {name!r}": values for name, values in state.items()}
+
+
+def fields_of(values: Observation | Inputs) -> dict[str, Floats]:
+    """Return the arrays of observations or inputs, by name."""
+    return {field.name: getattr(values, field.name) for field in fields(values)}

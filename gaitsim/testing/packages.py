@@ -12,11 +12,24 @@ from typing import Any
 from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.registry import COMMANDS, EXPERIMENTS, FILES, PLUGINS, STUDIES, Entry
+from gaitsim.registry import COMMANDS, EXPERIMENTS, FILES, PLUGINS, PRODUCTS, REFLEX, STUDIES, Entry
 from gaitsim.registry.entry_points import normalized
-from gaitsim.testing.report import Finding, error
+from gaitsim.registry.options import OPERATORS
 
-CHECKED = (*PLUGINS, EXPERIMENTS)
+CHECKED = (*PLUGINS, EXPERIMENTS, COMMANDS)
+"""The kinds of plugin that can be checked."""
+KINDS = {
+    "declarations": CHECKED,
+    "bodies": ("organism",),
+    "fitnesses": ("fitness",),
+    "searches": ("search",),
+    "operators": OPERATORS,
+    "reflexes": (REFLEX,),
+    "products": PRODUCTS,
+    "presets": (EXPERIMENTS,),
+    "commands": (COMMANDS,),
+}
+"""The kinds of plugin that each module of `gaitsim.testing.checks` checks."""
 _GROUP = "gaitsim."
 
 
@@ -42,7 +55,8 @@ def select_plugins(reference: str | Path | None) -> Iterator[PluginSelection]:
     installation.
 
     Args:
-        reference: name or folder; None for all installed plugins.
+        reference: name, such as `spider` or `organism:spider`, or folder; None for all installed
+            plugins.
     """
     everything = tuple(
         entry for kind in CHECKED for claims in registry.entries(kind).values() for entry in claims
@@ -50,7 +64,7 @@ def select_plugins(reference: str | Path | None) -> Iterator[PluginSelection]:
     if reference is None:
         yield PluginSelection(everything)
         return
-    named = tuple(e for e in everything if e.name == str(reference))
+    named = tuple(e for e in everything if str(reference) in (e.name, f"{e.kind}:{e.name}"))
     packaged = tuple(e for e in everything if normalized(e.package) == normalized(str(reference)))
     folder = Path(reference)
     is_path = isinstance(reference, Path) or folder.name != reference or reference in (".", "..")
@@ -81,7 +95,7 @@ def _plugins_of_folder(folder: Path, metadata: Path) -> PluginSelection:
         for group, names in _table(project, "entry-points", file).items()
         if group.startswith(_GROUP)
     }
-    unknown = sorted({*points} - {*CHECKED, STUDIES, FILES, COMMANDS})
+    unknown = sorted({*points} - {*CHECKED, STUDIES, FILES})
     if unknown or not any(points.values()):
         raise GaitsimError(
             f"unknown kind of plugin {', '.join(unknown)}"
@@ -135,9 +149,9 @@ def _write_metadata(metadata: Path, name: str, version: str, points: dict[str, A
     (info / "entry_points.txt").write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def check_unique_name(entry: Entry) -> Finding | None:
-    """Return an error if another package registers the same name; None otherwise."""
-    others = [
+def other_claims(entry: Entry) -> list[str]:
+    """Return the other packages that register the same name, with their versions."""
+    return [
         claim.source
         for claim in registry.entries(entry.kind).get(entry.name, [])
         if (normalized(claim.package), claim.target) != (normalized(entry.package), entry.target)
@@ -146,11 +160,3 @@ def check_unique_name(entry: Entry) -> Finding | None:
             normalized(claim.package) != normalized(entry.package) or claim.version == entry.version
         )
     ]
-    if not others:
-        return None
-    return error(
-        "name",
-        f"a unique name: if several packages register {entry.name!r}, none can be used",
-        f"also registered by {' and '.join(others)}",
-        "choose a different name in the entry points",
-    )
