@@ -1,7 +1,7 @@
 """Build the documentation site in site/: `python docs_build/build.py`.
 
 Code hosts show the pages in docs/ and plugins/*/docs/ directly, so they stay unchanged. The script
-copies them to build/docs, adds the generated pages and those from other folders, and adapts the links.
+copies them to build/docs, adds generated pages and those from other folders, and adapts the links.
 """
 
 import os

@@ -67,7 +67,7 @@ app = group(
         "video": "video:MakeVideo",
         "play": "play:Play",
         "analyse": "analyse:Analyse",
-        "steer": "steer:Steer",
+        "steer": "gaitsim.cli.steer:Steer",
         "differences": "differences:Differences",
         "share": "share:Share",
         "verify": "verify:VerifyResults",

@@ -7,7 +7,7 @@ points `gaitsim.screen`, and rows for their own screens by `declare`.
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from textual.binding import Binding, BindingType
 
@@ -15,9 +15,6 @@ from gaitsim.choices import STEERING_KEYS
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import SCREENS, entries, find
 from gaitsim.registry.loading import load_object
-
-if TYPE_CHECKING:
-    from gaitsim.tui.screens.base import GaitScreen
 
 
 class ScreenAction(NamedTuple):
@@ -39,7 +36,8 @@ class ScreenAction(NamedTuple):
         shown: whether the footer shows it.
         on: what an action of a package applies to: any screen, the individual of a screen, or its
             runs, two or more.
-        show: function that carries out the action of a package, such as by showing its screen.
+        show: function that carries out the action of a package on a `GaitScreen`, such as by showing
+            another screen.
     """
 
     name: str
@@ -55,7 +53,7 @@ class ScreenAction(NamedTuple):
     priority: bool = False
     shown: bool = True
     on: Literal["screen", "individual", "runs"] = "screen"
-    show: "Callable[[GaitScreen], object] | None" = None
+    show: Callable[[Any], object] | None = None
 
     @property
     def synonyms(self) -> str:

@@ -4,9 +4,9 @@ import sys
 from types import SimpleNamespace
 
 import pytest
+from gaitsim.testing.examine import digest_results, examine
 
 from gaitsim.registry import find
-from gaitsim.testing.examine import digest_results, examine
 from gaitsim.testing.rules import bodies
 
 NAMES = {

@@ -12,21 +12,30 @@ from typing import Any, ClassVar, Literal, NamedTuple
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.choices import GaitFormat
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evaluation.executors import cores
-from gaitsim.evaluation.processes import OnWarning
-from gaitsim.evaluation.scoring import LARGEST_SCORE
-from gaitsim.experiment import Experiment
-from gaitsim.gait.gait_files import gait_of, write_gait
-from gaitsim.individual import Individual
-from gaitsim.opening import read_regular
-from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import ADAPTATIONS, create_subfolder, exports_folder
-from gaitsim.storage.files.schema import EXACT_KEYS, first_problem
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.toml import checksum
+from gaitsim.plugin import (
+    GaitFormat,
+    GaitsimError,
+    ReprField,
+    ReprMixin,
+    RunError,
+    checksum,
+    read_regular,
+)
+from gaitsim.plugin.gait import gait_of, write_gait
+from gaitsim.plugin.runs import (
+    ADAPTATIONS,
+    EXACT_KEYS,
+    LARGEST_SCORE,
+    Experiment,
+    Individual,
+    OnWarning,
+    RunSnapshot,
+    cores,
+    create_subfolder,
+    exports_folder,
+    first_problem,
+    write_bytes,
+)
 from gaitsim_adaptation.answers import Answer, Reading
 from gaitsim_adaptation.champion import Reference, find_reference
 from gaitsim_adaptation.changes import genes_of

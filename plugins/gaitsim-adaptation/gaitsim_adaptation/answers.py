@@ -5,8 +5,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.scoring import LARGEST_SCORE
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.runs import LARGEST_SCORE
 from gaitsim_adaptation.trials import Outcome
 
 _LENGTHS = {"mm": 0.001, "cm": 0.01, "m": 1.0, "km": 1000.0, "in": 0.0254, "ft": 0.3048}

@@ -5,14 +5,16 @@ from typing import ClassVar
 
 from pydantic import ConfigDict
 
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment
-from gaitsim.experiment.loading import parse_experiment
-from gaitsim.gait.changed import with_body
-from gaitsim.individual import Individual
-from gaitsim.storage.creation import find_individual
-from gaitsim.storage.files.schema import EXACT_KEYS
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.gait import with_body
+from gaitsim.plugin.runs import (
+    EXACT_KEYS,
+    Experiment,
+    Individual,
+    RunSnapshot,
+    find_individual,
+    parse_experiment,
+)
 from gaitsim_adaptation.trials import simulated_robot
 
 SAME = "damage", "duration"  # options of the body that a champion takes from the atlas

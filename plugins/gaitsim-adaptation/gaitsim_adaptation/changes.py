@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from gaitsim.contracts import Genomes, RealSpace
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment
-from gaitsim.gaussian_process import posterior
-from gaitsim.portable import standard_normal
+from gaitsim.plugin import GaitsimError, Genomes, RealSpace
+from gaitsim.plugin.runs import Experiment
+from gaitsim.plugin.toolkit import posterior, standard_normal
 from gaitsim_adaptation.prior import Floats, Prior
 
 # Chosen on one atlas in kinematics, for the loss of each leg and each adjacent pair. With visible

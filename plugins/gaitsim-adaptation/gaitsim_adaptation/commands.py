@@ -10,18 +10,24 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ConfigDict
 
-from gaitsim.actions.action import JSON, WORKERS, Action, argument, not_combinable
-from gaitsim.choices import DAMAGE_HELP, GaitFormat
-from gaitsim.console import INTERRUPTED
-from gaitsim.console.printing import echo, notice, output, report_files
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names, Pair
-from gaitsim.errors import GaitsimError
-from gaitsim.storage.files.folder import command
+from gaitsim.plugin import DAMAGE_HELP, GaitFormat, GaitsimError, Names, Pair, option
+from gaitsim.plugin.commands import (
+    INTERRUPTED,
+    JSON,
+    WORKERS,
+    Action,
+    argument,
+    echo,
+    not_combinable,
+    notice,
+    output,
+    report_files,
+)
+from gaitsim.plugin.runs import command
 from gaitsim_adaptation.settings import MOST_TRIALS, AdaptationSettings
 
 if TYPE_CHECKING:
-    from gaitsim.storage.snapshot import RunSnapshot
+    from gaitsim.plugin.runs import RunSnapshot
     from gaitsim_adaptation.adaptation import Adaptation, Place
     from gaitsim_adaptation.trials import Proposal
     from gaitsim_adaptation.view import AdaptationView
@@ -232,8 +238,8 @@ class Adapt(AdaptOptions):
 
     def do(self) -> None:
         """Run the trials, propose a gait for the robot, or write the report on all leg losses."""
-        from gaitsim.render.plots.style import check_target
-        from gaitsim.storage.snapshot import RunSnapshot
+        from gaitsim.plugin.pictures import check_target
+        from gaitsim.plugin.runs import RunSnapshot
         from gaitsim_adaptation.adaptation import default_name, normalise_damage
 
         self._check()
@@ -285,9 +291,9 @@ class Adapt(AdaptOptions):
 
     def _adapt(self, run: RunSnapshot, name: str) -> None:
         """Run the trials, or change the results of a robot and propose the next gait."""
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.legged.damage import damage_options
-        from gaitsim.render.plots.style import save
+        from gaitsim.plugin.commands import interruptible
+        from gaitsim.plugin.pictures import save
+        from gaitsim.plugin.toolkit import damage_options
         from gaitsim_adaptation.plots import adaptation_figure
         from gaitsim_adaptation.view import AdaptationView
 
@@ -348,7 +354,7 @@ class Adapt(AdaptOptions):
 
     def opened(self, run: RunSnapshot, name: str) -> Adaptation:
         """Start or continue the adaptation, with its progress."""
-        from gaitsim.console.progress_bar import Progress
+        from gaitsim.plugin.commands import Progress
         from gaitsim_adaptation.adaptation import measured_scale, open_adaptation
         from gaitsim_adaptation.trials import count_gaits
 

@@ -13,13 +13,10 @@ from textual.message import Message
 from textual.reactive import reactive
 from textual.widgets import Button, Input, Label, Select, Static
 
-from gaitsim.errors import GaitsimError
-from gaitsim.legged.damage import Damage
-from gaitsim.render.terminal import plan as drawing
-from gaitsim.render.terminal.plan import Plan
-from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import Dialog
-from gaitsim.tui.widgets.cells import Cells, Picture
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.pictures import Plan, plan as drawing
+from gaitsim.plugin.toolkit import Damage
+from gaitsim.screen import Cells, Dialog, Picture, bindings
 
 Legs = Mapping[str, tuple[str, ...]]
 Choice = tuple[Damage, ...]

@@ -12,15 +12,11 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from gaitsim.errors import GaitsimError
-from gaitsim.individual import Member, Which
-from gaitsim.legged.damage import damage_options, parse_damage
-from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.storage.files.folder import command
-from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen, RunChoice
-from gaitsim.tui.screens.questions import Ask, Confirm
-from gaitsim.tui.screens.replay_loading import options_of
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.pictures import visible, visible_lines
+from gaitsim.plugin.runs import Member, Which, command
+from gaitsim.plugin.toolkit import damage_options, parse_damage
+from gaitsim.screen import Ask, Confirm, GaitScreen, RunChoice, bindings, options_of
 from gaitsim_adaptation.adaptation import Adaptation, Place, open_adaptation
 from gaitsim_adaptation.answers import ANSWERS
 from gaitsim_adaptation.damage import (

@@ -13,26 +13,19 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import DataTable, Static
 
-from gaitsim.contracts import Members
-from gaitsim.errors import GaitsimError
-from gaitsim.gait.changed import (
+from gaitsim.plugin import GaitsimError, Members
+from gaitsim.plugin.gait import (
     can_be_damaged,
     damage_body,
+    frames_before_fall,
     has_twin,
     play_on_twin,
     twin_of,
     with_damage,
 )
-from gaitsim.gait.report import frames_before_fall
-from gaitsim.individual import Individual, Which
-from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.plan import Plan, plan_of
-from gaitsim.render.terminal.text import number, visible, visible_lines
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.tui.formatting import clip
-from gaitsim.tui.themes import INKS
-from gaitsim.tui.widgets.canvas import BodyCanvas
-from gaitsim.tui.widgets.member_plot import ArchiveMap
+from gaitsim.plugin.pictures import ArchiveView, Plan, number, plan_of, visible, visible_lines
+from gaitsim.plugin.runs import Individual, RunSnapshot, Which
+from gaitsim.screen import INKS, ArchiveMap, BodyCanvas, clip
 from gaitsim_adaptation.adaptation import Adaptation
 from gaitsim_adaptation.damage import Choice, Legs, damage_texts
 from gaitsim_adaptation.prior import DEFAULT_MEASURE

@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.errors import NothingToPlotError
-from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.plugin import NothingToPlotError
+from gaitsim.plugin.pictures import LIGHT, WIDTH, Theme, add_heading, shorten, styled
 from gaitsim_adaptation.adaptation import Adaptation
 from gaitsim_adaptation.prior import Floats, Prior
 

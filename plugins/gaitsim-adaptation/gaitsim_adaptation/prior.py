@@ -13,22 +13,35 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, Measure, Members, Motion
-from gaitsim.errors import GaitsimError, RunError, unknown
-from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.evaluator import IN_CACHE
-from gaitsim.evaluation.processes import OnWarning
-from gaitsim.evaluation.scoring import move_genomes
-from gaitsim.evaluation.values import values_of
-from gaitsim.experiment import Experiment
-from gaitsim.gait.changed import damage_body
-from gaitsim.individual import Individual, Member
-from gaitsim.opening import read_regular
-from gaitsim.registry import plugin_errors
-from gaitsim.storage.compatibility import ENGINES, versions
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import ADAPTATIONS, command, create_subfolder
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import (
+    GaitsimError,
+    Genomes,
+    Measure,
+    Members,
+    Motion,
+    RunError,
+    plugin_errors,
+    read_regular,
+    unknown,
+)
+from gaitsim.plugin.gait import damage_body
+from gaitsim.plugin.runs import (
+    ADAPTATIONS,
+    ENGINES,
+    IN_CACHE,
+    Evaluator,
+    Experiment,
+    Individual,
+    Member,
+    OnWarning,
+    RunSnapshot,
+    command,
+    create_subfolder,
+    move_genomes,
+    values_of,
+    versions,
+    write_bytes,
+)
 
 DEFAULT_MEASURE = "forward"
 Floats = NDArray[np.float64]

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from gaitsim.api import Run
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin.runs import Run, RunSnapshot
 from gaitsim_adaptation.adaptation import Adaptation, measured_scale, open_adaptation
 from gaitsim_adaptation.report import AdaptationReport, make_report
 from gaitsim_adaptation.settings import AdaptationSettings

@@ -14,16 +14,19 @@ from typing import ClassVar
 import numpy as np
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evaluation.executors import cores
-from gaitsim.evaluation.scoring import LARGEST_SCORE
-from gaitsim.experiment import Experiment
-from gaitsim.individual import Individual
-from gaitsim.opening import read_regular
-from gaitsim.storage.files.atomic import write_bytes, writing
-from gaitsim.storage.files.schema import EXACT_KEYS, first_problem
-from gaitsim.storage.files.tables import line
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import GaitsimError, RunError, read_regular
+from gaitsim.plugin.runs import (
+    EXACT_KEYS,
+    LARGEST_SCORE,
+    Experiment,
+    Individual,
+    RunSnapshot,
+    cores,
+    first_problem,
+    table_line as line,
+    write_bytes,
+    writing,
+)
 from gaitsim_adaptation.adaptation import Place
 from gaitsim_adaptation.champion import Reference, find_reference
 from gaitsim_adaptation.prior import (

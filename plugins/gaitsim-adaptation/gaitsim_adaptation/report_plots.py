@@ -4,8 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.render.plots.labels import add_heading
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.plugin.pictures import LIGHT, WIDTH, Theme, add_heading, styled
 from gaitsim_adaptation.report import AdaptationReport
 
 if TYPE_CHECKING:

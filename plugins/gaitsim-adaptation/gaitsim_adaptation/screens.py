@@ -1,7 +1,6 @@
 """What adaptation adds to the terminal UI: the laboratory, and its keys."""
 
-from gaitsim.tui.keys import Hidden, Shown, declare
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.screen import GaitScreen, Hidden, Shown, declare
 
 
 def _show(screen: GaitScreen) -> None:

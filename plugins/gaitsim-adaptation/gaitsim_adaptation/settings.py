@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError
 
 MOST_TRIALS = 1000
 _LOWEST = {"kappa": 0, "length_scale": 1e-3, "noise": 1e-9, "stop": 0, "scale": 1e-3}

@@ -14,15 +14,19 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from gaitsim.contracts import Genomes
-from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.scoring import LARGEST_SCORE
-from gaitsim.experiment import Experiment
-from gaitsim.gait.changed import damage_body, play_on, twin_of
-from gaitsim.gaussian_process import Prediction, matern, posterior
-from gaitsim.individual import Individual
-from gaitsim.portable import cholesky, distances, exp, log, solve_triangular
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import GaitsimError, Genomes
+from gaitsim.plugin.gait import damage_body, play_on, twin_of
+from gaitsim.plugin.runs import LARGEST_SCORE, Experiment, Individual, RunSnapshot
+from gaitsim.plugin.toolkit import (
+    Prediction,
+    cholesky,
+    distances,
+    exp,
+    log,
+    matern,
+    posterior,
+    solve_triangular,
+)
 from gaitsim_adaptation.changes import best_change
 from gaitsim_adaptation.prior import (
     DEFAULT_MEASURE,

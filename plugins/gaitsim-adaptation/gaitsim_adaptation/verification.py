@@ -7,12 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.errors import RunError
-from gaitsim.evaluation.executors import cores
-from gaitsim.opening import read_regular
-from gaitsim.storage.accounts import Account, FilesVerdict
-from gaitsim.storage.files.folder import CHECKPOINT, command
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import RunError, read_regular
+from gaitsim.plugin.runs import CHECKPOINT, Account, FilesVerdict, RunSnapshot, command, cores
 from gaitsim_adaptation.adaptation import check_gaits, read_session, trials_of
 from gaitsim_adaptation.champion import find_reference
 from gaitsim_adaptation.prior import (

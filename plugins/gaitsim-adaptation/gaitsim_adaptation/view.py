@@ -7,17 +7,21 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gaitsim.console import INTERRUPTED
-from gaitsim.console.interrupts import interruptible
-from gaitsim.console.printing import echo, notice, output, print_json, report_files
-from gaitsim.console.progress_bar import Progress
-from gaitsim.errors import GaitsimError
-from gaitsim.gait import analyse_individual
-from gaitsim.legged.damage import damage_options
-from gaitsim.render.plots.style import save
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import command
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.commands import (
+    INTERRUPTED,
+    Progress,
+    echo,
+    interruptible,
+    notice,
+    output,
+    print_json,
+    report_files,
+)
+from gaitsim.plugin.gait import analyse_individual
+from gaitsim.plugin.pictures import save
+from gaitsim.plugin.runs import RunSnapshot, command, write_bytes
+from gaitsim.plugin.toolkit import damage_options
 from gaitsim_adaptation.adaptation import Adaptation, Said
 from gaitsim_adaptation.report import (
     SUMMARY,

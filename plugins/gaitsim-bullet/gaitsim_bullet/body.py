@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts.quaternions import conjugate, product, rotated
+from gaitsim.plugin import conjugate, product, rotated
 from gaitsim_bullet.client import Client
 from gaitsim_bullet.ground import BASE, Contact, Ground
 from gaitsim_bullet.multibody import RATIO, TRUNK, create_links

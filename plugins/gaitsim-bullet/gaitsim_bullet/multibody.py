@@ -15,7 +15,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gaitsim.contracts.quaternions import product, rotated
+from gaitsim.plugin import product, rotated
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.damaged import LOCKED
 from gaitsim_robot.errors import RobotError

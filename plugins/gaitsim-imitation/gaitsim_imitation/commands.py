@@ -9,12 +9,11 @@ from math import degrees, sqrt
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from gaitsim.actions.action import JSON, ChosenIndividual, argument
-from gaitsim.choices import Activation, GaitFormat, OutputActivation, TrainingPreset
-from gaitsim.contracts.plugin import option
+from gaitsim.plugin import Activation, GaitFormat, OutputActivation, TrainingPreset, option
+from gaitsim.plugin.commands import JSON, ChosenIndividual, argument
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Individual
+    from gaitsim.plugin.runs import Individual
     from gaitsim_imitation.expert import Expert
     from gaitsim_imitation.imitating import Files, Result
     from gaitsim_imitation.learning import TrainingSettings
@@ -118,11 +117,14 @@ class Imitate(ChosenIndividual):
 
     def do(self) -> None:
         """Train, and write the results."""
-        from gaitsim.console.interrupts import all_or_nothing
-        from gaitsim.console.printing import notice, print_json, report_files
-        from gaitsim.console.progress_bar import Progress
-        from gaitsim.evaluation.playing import require_play
-        from gaitsim.storage.files.folder import check_out_folder, create_out_folder
+        from gaitsim.plugin.commands import (
+            Progress,
+            all_or_nothing,
+            notice,
+            print_json,
+            report_files,
+        )
+        from gaitsim.plugin.runs import check_out_folder, create_out_folder, require_play
         from gaitsim_imitation.expert import find_expert
         from gaitsim_imitation.imitating import files_of, imitation_film, to_dict, write_results
         from gaitsim_imitation.learning import ACTIVATIONS, SETTINGS
@@ -170,8 +172,7 @@ class Imitate(ChosenIndividual):
 
 def _train(expert: Expert, trainings: list[TrainingSettings], quiet: bool) -> list[Result]:
     """Train with each of the settings, with a progress bar."""
-    from gaitsim.console.printing import notice, status
-    from gaitsim.console.progress_bar import Progress
+    from gaitsim.plugin.commands import Progress, notice, status
     from gaitsim_imitation.imitating import imitate_expert
     from gaitsim_imitation.learning import prepare
 
@@ -194,8 +195,8 @@ def _print_results(results: Sequence[Result], files: Files, preset: str, body: s
 
     Only the first of the results is printed in full.
     """
-    from gaitsim.console.printing import notice, output
-    from gaitsim.storage.files.folder import command
+    from gaitsim.plugin.commands import notice, output
+    from gaitsim.plugin.runs import command
 
     first, console = results[0], output()
     expert = first.expert
@@ -246,8 +247,8 @@ def _print_results(results: Sequence[Result], files: Files, preset: str, body: s
 
 
 def _print_side_by_side(expert: Individual, imitator: Individual) -> None:
-    from gaitsim.console.printing import print_table
-    from gaitsim.render.terminal.text import number
+    from gaitsim.plugin.commands import print_table
+    from gaitsim.plugin.pictures import number
 
     rows: list[tuple[str, float, float | None, str]]
     rows = [("score", expert.score, imitator.score, "")]
@@ -267,8 +268,8 @@ def _print_side_by_side(expert: Individual, imitator: Individual) -> None:
 
 
 def _print_activations(results: Sequence[Result]) -> None:
-    from gaitsim.console.printing import print_table
-    from gaitsim.render.terminal.text import number
+    from gaitsim.plugin.commands import print_table
+    from gaitsim.plugin.pictures import number
 
     rows = []
     for result in results:

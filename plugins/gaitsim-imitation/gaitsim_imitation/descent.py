@@ -4,8 +4,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.network import activation_slope, activation_with
-from gaitsim.portable.compiled import tanh
+from gaitsim.plugin.toolkit import activation_slope, activation_with, compiled_tanh as tanh
 
 Floats = NDArray[np.float64]
 

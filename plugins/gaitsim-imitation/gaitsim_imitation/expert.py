@@ -8,17 +8,21 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim import registry
-from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.playing import play, require_play
-from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait.gait_files import SUFFIXES, Gait, GaitFile, fit_to_body, gait_of, read_gait
-from gaitsim.individual import Choice, Individual
-from gaitsim.registry import plugin_errors
-from gaitsim.render.plots.labels import heading_of_run
-from gaitsim.storage.files.folder import EXPORTS, exports_folder, holds_run
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.toml import literal, shortened
+from gaitsim.plugin import GaitsimError, literal, plugin_errors, registry, shortened
+from gaitsim.plugin.gait import SUFFIXES, Gait, GaitFile, fit_to_body, gait_of, read_gait
+from gaitsim.plugin.pictures import heading_of_run
+from gaitsim.plugin.runs import (
+    EXPORTS,
+    Choice,
+    Experiment,
+    Individual,
+    RunSnapshot,
+    exports_folder,
+    holds_run,
+    load_experiment,
+    play,
+    require_play,
+)
 
 _BODY = (
     "choose the body of a preset, a file or a run, such as --body spider; in Python, body='spider'"

@@ -11,15 +11,10 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.choices import GaitFormat, TrainingPreset
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.evaluation.playing import play, require_play
-from gaitsim.gait.gait_files import gait_of, write_gait
-from gaitsim.individual import Individual, Member
-from gaitsim.render.film import Film, RenderSettings
-from gaitsim.render.plots.labels import format_score
-from gaitsim.render.scene.clip import Clip, clip_of
-from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.plugin import GaitFormat, GaitsimError, ReprField, ReprMixin, TrainingPreset, unknown
+from gaitsim.plugin.gait import gait_of, write_gait
+from gaitsim.plugin.pictures import Clip, Film, RenderSettings, clip_of, format_score
+from gaitsim.plugin.runs import Individual, Member, play, require_play
 from gaitsim_imitation.expert import Expert, expert_of, find_expert
 from gaitsim_imitation.imitator import Angles, Imitation, save_imitator
 from gaitsim_imitation.learning import SETTINGS, TrainingSettings, learn
@@ -106,7 +101,7 @@ class Result(ReprMixin):
             GaitsimError: the format is unknown, or a file would replace the imitated gait file.
             RunError: a file cannot be written.
         """
-        from gaitsim.storage.files.folder import create_out_folder
+        from gaitsim.plugin.runs import create_out_folder
 
         if format not in get_args(GaitFormat):
             raise unknown("format", format, get_args(GaitFormat))
@@ -144,7 +139,7 @@ class Result(ReprMixin):
             GaitsimError: the body cannot play joint angles, a setting is invalid, or the file
                 cannot be written.
         """
-        from gaitsim.render.film import RenderSettings
+        from gaitsim.plugin.pictures import RenderSettings
 
         path, theme = Path(path), "dark" if dark else "light"
         settings = RenderSettings(path.suffix[1:].lower(), size, fps, speed, view, theme, intro)
@@ -156,8 +151,7 @@ class Result(ReprMixin):
 
     def plot(self, *, dark: bool = False) -> "Figure":
         """Return a figure of the error during training."""
-        from gaitsim.render.notebook import enable_notebook_display
-        from gaitsim.render.plots.style import DARK, LIGHT
+        from gaitsim.plugin.pictures import DARK, LIGHT, enable_notebook_display
         from gaitsim_imitation.plots import errors_figure
 
         theme = DARK if dark else LIGHT
@@ -327,7 +321,7 @@ def files_of(
 
 def write_results(results: Sequence[Result], files: Files) -> None:
     """Write the first result, and a plot of the errors of all results if `files` includes one."""
-    from gaitsim.render.plots.style import save
+    from gaitsim.plugin.pictures import save
     from gaitsim_imitation.plots import errors_figure
 
     first = results[0]

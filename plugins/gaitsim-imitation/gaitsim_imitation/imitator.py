@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
-from gaitsim.gait.gait_files import Gait, read_bounded, read_npz
-from gaitsim.network import Network
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.toml import shortened
+from gaitsim.plugin import GaitsimError, shortened
+from gaitsim.plugin.gait import Gait, read_bounded, read_npz
+from gaitsim.plugin.runs import write_bytes
+from gaitsim.plugin.toolkit import Network
 
 Angles = NDArray[np.float64]
 """Joint angles, (frames, joints), radians."""

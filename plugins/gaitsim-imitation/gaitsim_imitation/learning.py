@@ -7,10 +7,8 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.choices import Activation, OutputActivation
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.network import ACTIVATION_CODES, Network
-from gaitsim.portable import cos, standard_normal
+from gaitsim.plugin import Activation, GaitsimError, OutputActivation, unknown
+from gaitsim.plugin.toolkit import ACTIVATION_CODES, Network, cos, standard_normal
 from gaitsim_imitation.imitator import Angles, Imitator
 
 ACTIVATIONS, OUTPUTS = get_args(Activation), get_args(OutputActivation)

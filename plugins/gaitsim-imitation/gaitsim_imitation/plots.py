@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.plots.labels import add_heading
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.plugin.pictures import LIGHT, WIDTH, Theme, add_heading, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

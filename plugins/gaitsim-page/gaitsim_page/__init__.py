@@ -3,11 +3,11 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.contracts import Exported, Exporter, Subject
+from gaitsim.plugin import Exported, Exporter, Subject
 
 if TYPE_CHECKING:
-    from gaitsim.contracts.product import Input
-    from gaitsim.individual import Individual
+    from gaitsim.plugin import Input
+    from gaitsim.plugin.runs import Individual
 
 
 class Html(Exporter):
@@ -22,7 +22,7 @@ class Html(Exporter):
 
     def check(self, individual: "Individual") -> None:
         """Check that the body can be drawn."""
-        from gaitsim.render.scene.clip import clip_of
+        from gaitsim.plugin.pictures import clip_of
 
         clip_of(individual)
 
@@ -52,7 +52,7 @@ class AtlasPage(Exporter):
 
     def check(self, individual: "Individual") -> None:
         """Check that the search keeps an archive."""
-        from gaitsim.render.plots.data import require_archive
+        from gaitsim.plugin.pictures import require_archive
 
         require_archive(individual)
 

@@ -6,17 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Rig
-from gaitsim.errors import RunError
-from gaitsim.gait.gait_files import check_folder
-from gaitsim.individual import Individual, Member
-from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.render.archive_view import ArchiveView, colour_scale_low
-from gaitsim.render.plots.data import require_archive
-from gaitsim.render.terminal.member_picture import VIRIDIS
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import command
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import Rig, RunError, contract_error, plugin_errors
+from gaitsim.plugin.gait import check_folder
+from gaitsim.plugin.pictures import VIRIDIS, ArchiveView, colour_scale_low, require_archive
+from gaitsim.plugin.runs import Individual, Member, RunSnapshot, command, write_bytes
 from gaitsim_page.clips import clip_data
 from gaitsim_page.document import asset, document, program_version
 from gaitsim_page.gaits import gaits_data

@@ -6,13 +6,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Skeleton, Solid, Terrain
-from gaitsim.gait.gait_files import gait_of
-from gaitsim.individual import Individual
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
-from gaitsim.render.meshes import mesh_of
-from gaitsim.render.plots.labels import format_score
-from gaitsim.render.scene.clip import Clip, clip_of
+from gaitsim.plugin import Skeleton, Solid, Terrain
+from gaitsim.plugin.gait import gait_of
+from gaitsim.plugin.pictures import (
+    LEFT,
+    MIDDLE,
+    RIGHT,
+    Clip,
+    clip_of,
+    format_score,
+    is_damaged,
+    mesh_of,
+    sides,
+)
+from gaitsim.plugin.runs import Individual
 from gaitsim_page.packing import MAX_STEPS, pack
 
 STEP = 1e-5  # rounding of positions, m, and of the components of quaternions

@@ -4,9 +4,8 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import Action, argument
-from gaitsim.actions.steer import SteeredBody
-from gaitsim.contracts.plugin import option
+from gaitsim.plugin import option
+from gaitsim.plugin.commands import Action, SteeredBody, argument
 
 if TYPE_CHECKING:
     pass
@@ -34,11 +33,15 @@ class WriteGallery(Action):
 
     def do(self) -> None:
         """Write the website."""
-        from gaitsim.console import INTERRUPTED
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import echo, notice, report_files
-        from gaitsim.console.progress_bar import Progress
-        from gaitsim.storage.files.folder import check_root
+        from gaitsim.plugin.commands import (
+            INTERRUPTED,
+            Progress,
+            echo,
+            interruptible,
+            notice,
+            report_files,
+        )
+        from gaitsim.plugin.runs import check_root
         from gaitsim_page.gallery import write_gallery
 
         check_root(self.root)
@@ -74,7 +77,7 @@ class WritePlayground(Action):
 
     def do(self) -> None:
         """Write the page."""
-        from gaitsim.console.printing import echo, report_files, status
+        from gaitsim.plugin.commands import echo, report_files, status
         from gaitsim_page.playground import write_page
 
         with status("Preparing the page …"):
@@ -97,7 +100,7 @@ class WriteSteering(SteeredBody):
 
     def do(self) -> None:
         """Write the page."""
-        from gaitsim.console.printing import echo, notice, report_files, status
+        from gaitsim.plugin.commands import echo, notice, report_files, status
         from gaitsim_page.steering import write_page
 
         with status("Preparing the page …"):

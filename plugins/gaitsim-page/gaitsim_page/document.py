@@ -11,7 +11,7 @@ from importlib.metadata import version
 from importlib.resources import files
 from typing import Any
 
-from gaitsim.render.terminal.text import visible
+from gaitsim.plugin.pictures import visible
 from gaitsim_page import assets
 
 POLICY = "default-src 'none'; base-uri 'none'; form-action 'none'; style-src 'unsafe-inline'"

@@ -8,11 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes
-from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.scoring import move_genomes
-from gaitsim.experiment import Experiment
-from gaitsim.registry import plugin_errors
+from gaitsim.plugin import Genomes, plugin_errors
+from gaitsim.plugin.runs import Evaluator, Experiment, move_genomes
 from gaitsim_page.packing import Packed, pack
 
 MAX_WAVE_ERROR = 1e-6  # rad: maximum error of an angle computed from shared waves

@@ -11,17 +11,19 @@ from io import BytesIO
 from itertools import groupby
 from pathlib import Path
 
-from gaitsim.contracts import Skeleton
-from gaitsim.errors import ExperimentError, GaitsimError, PluginError
-from gaitsim.individual import Individual
-from gaitsim.opening import read_regular
-from gaitsim.render.scene import Clip, Scene
-from gaitsim.render.terminal.text import number, visible_lines
-from gaitsim.sharing.challenge import code_of
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import check_links, create_out_folder, list_runs
-from gaitsim.storage.manage import read_note, read_tags
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import ExperimentError, GaitsimError, PluginError, Skeleton, read_regular
+from gaitsim.plugin.pictures import Clip, Scene, number, visible_lines
+from gaitsim.plugin.runs import (
+    Individual,
+    RunSnapshot,
+    check_links,
+    code_of,
+    create_out_folder,
+    list_runs,
+    read_note,
+    read_tags,
+    write_bytes,
+)
 from gaitsim_page.document import asset, escaped, head, program_version
 from gaitsim_page.player import write_page
 

@@ -97,8 +97,7 @@ def _functions() -> dict[str, Callable[[Any], None]]:
     """Return functions of `MEMORY` by the names of their exports."""
     import numba
 
-    from gaitsim.portable import compiled, scalar
-    from gaitsim.portable.normal import fill
+    from gaitsim.plugin.toolkit import compiled, normal_fill as fill, scalar
     from gaitsim_spider.damage import Legs
     from gaitsim_spider.sums import sum_frames
     from gaitsim_spider.walking import walk

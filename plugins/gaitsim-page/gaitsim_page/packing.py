@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError
 
 Packed = dict[str, Any]
 """A packed array as JSON: shape, step and data."""

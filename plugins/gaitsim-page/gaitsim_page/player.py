@@ -7,15 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError
-from gaitsim.gait.gait_files import check_folder
-from gaitsim.individual import Individual
-from gaitsim.render.encoder import default_speed, fastest_movement
-from gaitsim.render.scene.themes import THEMES
-from gaitsim.sharing.challenge import code_of
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import holds_run
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.gait import check_folder
+from gaitsim.plugin.pictures import THEMES, default_speed, fastest_movement
+from gaitsim.plugin.runs import Individual, RunSnapshot, code_of, holds_run, write_bytes
 from gaitsim_page.clips import clip_data, finite_or_none
 from gaitsim_page.document import document, program_version
 

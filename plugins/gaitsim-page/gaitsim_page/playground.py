@@ -10,13 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import RealSpace
-from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.gait.gait_files import check_folder
-from gaitsim.individual import Individual
-from gaitsim.sharing.challenge import Challenge
-from gaitsim.sharing.code import dictionary
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin import RealSpace
+from gaitsim.plugin.gait import check_folder
+from gaitsim.plugin.runs import (
+    Challenge,
+    Experiment,
+    Individual,
+    dictionary,
+    load_experiment,
+    write_bytes,
+)
 from gaitsim_page import assets
 from gaitsim_page.atlas import rig_of, rigged_body
 from gaitsim_page.document import asset, document, program_version
@@ -141,7 +144,7 @@ def _deflated(data: bytes) -> str:
 
 def _memory(frequency: float) -> np.ndarray[Any, Any]:
     """Return the memory of the kernels with all that never changes."""
-    from gaitsim.portable.normal import strips
+    from gaitsim.plugin.toolkit import normal_strips as strips
     from gaitsim_page.kernels import MEMORY
     from gaitsim_spider.sums import high_pass
     from gaitsim_spider.waves import unit_waves

@@ -1,7 +1,6 @@
 """What web pages add to the terminal UI: the gallery and the playground."""
 
-from gaitsim.tui.keys import Hidden
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.screen import GaitScreen, Hidden
 
 
 def _write_gallery(screen: GaitScreen) -> None:

@@ -6,14 +6,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from gaitsim.contracts import Genomes, SteeringPage
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment
-from gaitsim.gait.gait_files import check_folder
-from gaitsim.registry import contract_error, plugin_errors
-from gaitsim.render.scene.clip import Clip
-from gaitsim.steering import Drive
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin import GaitsimError, Genomes, SteeringPage, contract_error, plugin_errors
+from gaitsim.plugin.gait import check_folder
+from gaitsim.plugin.pictures import Clip
+from gaitsim.plugin.runs import Drive, Experiment, write_bytes
 from gaitsim_page.clips import body_data
 from gaitsim_page.document import asset, document, program_version
 from gaitsim_page.player import themes

@@ -4,11 +4,10 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.contracts import Exported, Exporter, Subject, option
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import Exported, Exporter, GaitsimError, Subject, option
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Individual
+    from gaitsim.plugin.runs import Individual
 
 
 class JointExporter(Exporter):
@@ -23,7 +22,7 @@ class JointExporter(Exporter):
 
     def check(self, individual: "Individual") -> None:
         """Check that the body has joint angles."""
-        from gaitsim.gait.gait_files import gait_of
+        from gaitsim.plugin.gait import gait_of
 
         gait_of(individual)
 
@@ -238,7 +237,7 @@ class ServoTable(CalibratedExporter):
 
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the table."""
-        from gaitsim.gait.gait_files import gait_of
+        from gaitsim.plugin.gait import gait_of
         from gaitsim_hardware.calibration import HALF_RANGE, uniform_calibration
         from gaitsim_hardware.exporting import export_keyframes
 

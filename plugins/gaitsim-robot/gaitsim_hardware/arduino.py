@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Controller
-from gaitsim.errors import GaitsimError
-from gaitsim.storage.files.atomic import write_bytes, writing
+from gaitsim.plugin import Controller, GaitsimError
+from gaitsim.plugin.runs import write_bytes, writing
 from gaitsim_hardware.c_code import as_comment, c_code, filled, make_folder
 from gaitsim_hardware.calibration import Calibration
 from gaitsim_hardware.keyframes import DECIMALS, Keyframes, range_error

@@ -12,13 +12,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, OBSERVATIONS, SAMPLES, Controller, Exported, Organism, Reflex
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin
-from gaitsim.gait.gait_files import check_parent
-from gaitsim.individual import Individual
-from gaitsim.registry import find, plugin_errors
-from gaitsim.storage.files.atomic import write_bytes, writing
+from gaitsim.plugin import (
+    COMMAND,
+    OBSERVATIONS,
+    SAMPLES,
+    Controller,
+    Exported,
+    GaitsimError,
+    Organism,
+    Reflex,
+    RunError,
+    find,
+    plugin_errors,
+)
+from gaitsim.plugin.gait import check_parent, has_rhythm_on_twin, rhythm_on_twin
+from gaitsim.plugin.runs import Individual, write_bytes, writing
 
 Values = Mapping[str, NDArray[np.float64]]
 """Numbers and arrays by name."""

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import BaseModel, ConfigDict, field_validator, model_validator
 
-from gaitsim.contracts import option
-from gaitsim.errors import GaitsimError, nearest
-from gaitsim.legged import SERVOS, Servo
+from gaitsim.plugin import GaitsimError, nearest, option
+from gaitsim.plugin.toolkit import SERVOS, Servo
 
 Floats = NDArray[np.float64]
 

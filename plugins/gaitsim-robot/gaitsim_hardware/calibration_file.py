@@ -9,14 +9,10 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationError
 
-from gaitsim import toml
-from gaitsim.errors import ExperimentError, GaitsimError, nearest
-from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.overrides import Problems, invalid_value
-from gaitsim.gait.gait_files import Gait, check_folder
-from gaitsim.legged import SERVOS
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.settings import editing
+from gaitsim.plugin import ExperimentError, GaitsimError, nearest, toml
+from gaitsim.plugin.gait import Gait, check_folder
+from gaitsim.plugin.runs import Problems, editing, invalid_value, read_file, write_bytes
+from gaitsim.plugin.toolkit import SERVOS
 from gaitsim_hardware.calibration import BUSES, Calibration, Joint
 
 SCHEMA = 1

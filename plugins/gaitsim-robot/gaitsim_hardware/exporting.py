@@ -5,11 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.contracts import Exported
-from gaitsim.errors import GaitsimError
-from gaitsim.gait.gait_files import Gait, gait_of
-from gaitsim.gait.report import frames_before_fall
-from gaitsim.individual import Individual
+from gaitsim.plugin import Exported, GaitsimError
+from gaitsim.plugin.gait import Gait, frames_before_fall, gait_of
+from gaitsim.plugin.runs import Individual
 from gaitsim_hardware.arduino import (
     FLASH,
     Sketch,

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
-from gaitsim.gait.gait_files import Gait, check_folder
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.gait import Gait, check_folder
+from gaitsim.plugin.runs import write_bytes
 from gaitsim_hardware.calibration import Calibration
 
 Floats = NDArray[np.float64]

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError, not_installed
-from gaitsim.gait.gait_files import Gait, check_folder, check_parent
-from gaitsim.storage.files.atomic import draft_folder, sync_folder, write_bytes, writing
+from gaitsim.plugin import GaitsimError, RunError, not_installed
+from gaitsim.plugin.gait import Gait, check_folder, check_parent
+from gaitsim.plugin.runs import draft_folder, sync_folder, write_bytes, writing
 from gaitsim_hardware.keyframes import check_playback, interpolate
 
 Floats = NDArray[np.float64]

@@ -7,11 +7,8 @@ from pathlib import Path
 from xml.etree.ElementTree import SubElement, fromstring, indent, tostring
 from xml.sax.saxutils import escape
 
-from gaitsim.contracts import Exported
-from gaitsim.errors import GaitsimError
-from gaitsim.individual import Individual
-from gaitsim.registry import plugin_errors
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin import Exported, GaitsimError, plugin_errors
+from gaitsim.plugin.runs import Individual, write_bytes
 from gaitsim_hardware.c_code import (
     as_comment,
     c_code,

@@ -4,8 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Inputs, Legs, Observation, Reflex, option
-from gaitsim.contracts.reflex import Floats
+from gaitsim.plugin import Floats, Inputs, Legs, Observation, Reflex, option
 from gaitsim_reflexes.shared import WALKING, of_legs, walking
 
 RETURN = 1.0  # legs' lengths per second, with which a swinging leg loses its change

@@ -4,8 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Inputs, Legs, Observation, Reflex, option
-from gaitsim.contracts.reflex import Floats
+from gaitsim.plugin import Floats, Inputs, Legs, Observation, Reflex, option
 from gaitsim_reflexes.shared import COURSE_ERROR, DEGREE, WALKING, course_error, walking
 
 

@@ -4,10 +4,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Inputs, Legs, Observation, Reflex, option
-from gaitsim.contracts.reflex import Floats
-from gaitsim.network import Network, gene_count
-from gaitsim.portable import cos, sin
+from gaitsim.plugin import Floats, Inputs, Legs, Observation, Reflex, option
+from gaitsim.plugin.toolkit import Network, cos, gene_count, sin
 from gaitsim_reflexes.shared import COURSE_ERROR, DEGREE, WALKING, course_error, walking
 
 ANGLE = 0.25  # rad; angles of this size are inputs of 1

@@ -4,9 +4,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Inputs, Observation, Reflex, option
-from gaitsim.contracts.reflex import Floats
-from gaitsim.portable import cos
+from gaitsim.plugin import Floats, Inputs, Observation, Reflex, option
+from gaitsim.plugin.toolkit import cos
 from gaitsim_reflexes.shared import of_legs
 
 

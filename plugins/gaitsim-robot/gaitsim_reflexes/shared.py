@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Observation
-from gaitsim.contracts.reflex import Floats
+from gaitsim.plugin import Floats, Observation
 
 DEGREE = math.pi / 180  # rad
 

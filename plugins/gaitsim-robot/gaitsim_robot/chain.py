@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.portable import cos, matmul, norm, sin, solve
+from gaitsim.plugin.toolkit import cos, matmul, norm, sin, solve
 from gaitsim_robot.anatomy import Anatomy, Floats
 
 ITERATIONS = 20

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 from typing import Any, BinaryIO
 
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError
 from gaitsim_robot.errors import RobotError
 
 SECONDS = 120

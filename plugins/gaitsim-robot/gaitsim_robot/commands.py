@@ -7,10 +7,26 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from gaitsim.actions.action import JSON, SET, Action, argument, choose_format
-from gaitsim.console.printing import (
+from gaitsim.plugin import (
+    FILES,
+    ExperimentError,
+    GaitsimError,
+    Names,
+    entries,
+    find,
+    load_class,
+    option,
+    plugin_errors,
+)
+from gaitsim.plugin.commands import (
+    JSON,
+    SET,
+    Action,
+    argument,
+    choose_format,
     echo,
     errors,
+    machine_readable,
     output,
     print_facts,
     print_json,
@@ -18,16 +34,10 @@ from gaitsim.console.printing import (
     report_files,
     status,
 )
-from gaitsim.console.streams import machine_readable
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
-from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.registry import FILES, entries, find, load_class, plugin_errors
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.folder import command
+from gaitsim.plugin.runs import command, write_bytes
 
 if TYPE_CHECKING:
-    from gaitsim.experiment import Overrides
+    from gaitsim.plugin.runs import Overrides
 
 
 UNUSABLE = 1  # exit code
@@ -47,8 +57,8 @@ class ListRobots(Action):
 
     def do(self) -> None:
         """Print the robots and servos of each body that reads files."""
-        from gaitsim.contracts import Organism
-        from gaitsim.experiment.loading import readers
+        from gaitsim.plugin import Organism
+        from gaitsim.plugin.runs import readers
 
         for body, formats in readers().items():
             model, entry = load_class("organism", body), find("organism", body)
@@ -98,12 +108,15 @@ class CheckRobot(Action):
 
     def do(self) -> None:
         """Read and describe the robot; write the files."""
-        from gaitsim.contracts import BodyFile
-        from gaitsim.experiment import load_experiment, parse_assignments
-        from gaitsim.experiment.loading import reader_of
-        from gaitsim.gait.gait_files import check_folder
-        from gaitsim.individual import standing_skeleton
-        from gaitsim.render.film import write_still
+        from gaitsim.plugin import BodyFile
+        from gaitsim.plugin.gait import check_folder
+        from gaitsim.plugin.pictures import write_still
+        from gaitsim.plugin.runs import (
+            load_experiment,
+            parse_assignments,
+            reader_of,
+            standing_skeleton,
+        )
 
         file, picture, model_out = self.file, self.picture, self.model_out
         roots = [Path(folder) for folder in self.root or ()]
@@ -184,7 +197,7 @@ class CheckRobot(Action):
 
 def _check_model_out(path: Path) -> None:
     """Check that the robot can be written to a new file whose extension gaitsim reads."""
-    from gaitsim.gait.gait_files import check_folder
+    from gaitsim.plugin.gait import check_folder
 
     if path.suffix[1:].lower() not in entries(FILES):
         raise GaitsimError(

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Condition
-from gaitsim.legged import CONDITIONS, conditions, downward, draw_joint_errors
-from gaitsim.portable import norm
+from gaitsim.plugin import Condition
+from gaitsim.plugin.toolkit import CONDITIONS, conditions, downward, draw_joint_errors, norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import is_stuck

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.legged import Damage, Servo
+from gaitsim.plugin.toolkit import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.shapes import surfaces

@@ -6,9 +6,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Inputs, Motion, Rhythm
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.portable import cos, sin
+from gaitsim.plugin import COMMAND, GaitsimError, Inputs, Motion, Rhythm, unknown
+from gaitsim.plugin.toolkit import cos, sin
 
 Floats = NDArray[np.float64]
 Pushes = Mapping[int, Floats]

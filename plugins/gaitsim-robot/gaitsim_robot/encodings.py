@@ -8,9 +8,18 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import SAMPLES, Genomes, Legs, Rhythm
-from gaitsim.encoding import GeneGroup, Oscillators, genome_space, limit_steps, split_genomes
-from gaitsim.portable import arctan2, cos, norm, sin
+from gaitsim.plugin import SAMPLES, Genomes, Legs, Rhythm
+from gaitsim.plugin.toolkit import (
+    GeneGroup,
+    Oscillators,
+    arctan2,
+    cos,
+    genome_space,
+    limit_steps,
+    norm,
+    sin,
+    split_genomes,
+)
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import Chain, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError
 
 
 class RobotError(GaitsimError):

@@ -8,11 +8,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Inputs, Legs, Observation, Reflex, Rhythm
-from gaitsim.encoding import GeneGroup
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.legged import FEET_AND_JOINTS, IMUS, Imu, observed
-from gaitsim.registry import REFLEX, call_reflex, contract_error, find
+from gaitsim.plugin import (
+    COMMAND,
+    REFLEX,
+    GaitsimError,
+    Inputs,
+    Legs,
+    Observation,
+    Reflex,
+    Rhythm,
+    call_reflex,
+    contract_error,
+    find,
+    unknown,
+)
+from gaitsim.plugin.toolkit import FEET_AND_JOINTS, IMUS, GeneGroup, Imu, observed
 
 Floats = NDArray[np.float64]
 

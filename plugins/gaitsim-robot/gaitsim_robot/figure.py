@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Solid
-from gaitsim.contracts.quaternions import conjugate, rotated
-from gaitsim.contracts.rig import Shape
-from gaitsim.legged import Damage
+from gaitsim.plugin import Shape, Solid, conjugate, rotated
+from gaitsim.plugin.toolkit import Damage
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.damaged import lost_bodies
 from gaitsim_robot.shapes import CORNERS, mesh_vertices

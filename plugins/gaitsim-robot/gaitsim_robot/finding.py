@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, unknown
+from gaitsim.plugin import GaitsimError, unknown
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg, Side, name_legs
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.errors import check_count, shorten

@@ -5,8 +5,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Motion, option
-from gaitsim.portable import cos, norm, sin
+from gaitsim.plugin import Array, Motion, option
+from gaitsim.plugin.toolkit import cos, norm, sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.measures import mean, rms, total
 from gaitsim_robot.penalties import WalkingFitness, duration

@@ -11,9 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import BodyFile, Facts
-from gaitsim.errors import nearest
-from gaitsim.legged import SERVOS, Damage, Servo
+from gaitsim.plugin import BodyFile, Facts, nearest
+from gaitsim.plugin.toolkit import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
 from gaitsim_robot.conditions import apply_world
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry

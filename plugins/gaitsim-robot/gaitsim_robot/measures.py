@@ -6,9 +6,15 @@ from typing import get_args
 
 import numpy as np
 
-from gaitsim.contracts import Array, Measure, Motion
-from gaitsim.legged import BODY_HEIGHT, STRIDE_FREQUENCY, stepping_measures
-from gaitsim.portable import arccos, cos, norm
+from gaitsim.plugin import Array, Measure, Motion
+from gaitsim.plugin.toolkit import (
+    BODY_HEIGHT,
+    STRIDE_FREQUENCY,
+    arccos,
+    cos,
+    norm,
+    stepping_measures,
+)
 from gaitsim_robot.anatomy import Floats, Leg, Side
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     COMMAND,
     WORLD_HELP,
     Array,
@@ -19,6 +19,7 @@ from gaitsim.contracts import (
     Controller,
     Facts,
     FittedGait,
+    GaitsimError,
     Genomes,
     Measure,
     Motion,
@@ -31,21 +32,24 @@ from gaitsim.contracts import (
     Steered,
     check_world,
     folder_of,
+    load_engine,
+    load_reflexes,
     option,
     roots_of,
+    unknown,
 )
-from gaitsim.encoding import check_joint_angles, check_time_step, genome_space
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.legged import (
+from gaitsim.plugin.toolkit import (
     DAMAGE_HELP,
     STRIDE_FREQUENCY,
     STRIDE_FREQUENCY_CHANNEL,
     Damage,
     angles_frequency,
+    check_joint_angles,
     check_sensors,
+    check_time_step,
+    genome_space,
     parse_damage,
 )
-from gaitsim.registry import load_engine, load_reflexes
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.drives import (

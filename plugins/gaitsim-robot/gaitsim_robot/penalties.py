@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.plugin import Array, Fitness, Motion, option
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.measures import ratio, rms, total
 

@@ -11,8 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.contracts import SAMPLES, Inputs, Rhythm
-from gaitsim.portable.compiled import sin_and_cos
+from gaitsim.plugin import SAMPLES, Inputs, Rhythm
+from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos
 
 Floats = NDArray[np.float64]
 

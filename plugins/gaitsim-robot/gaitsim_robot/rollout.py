@@ -9,10 +9,8 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Motion
-from gaitsim.contracts.quaternions import product, rotated
-from gaitsim.legged import STRIDE_FREQUENCY, commands_at, downward
-from gaitsim.portable import arcsin, arctan2, norm
+from gaitsim.plugin import COMMAND, Motion, product, rotated
+from gaitsim.plugin.toolkit import STRIDE_FREQUENCY, arcsin, arctan2, commands_at, downward, norm
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.drives import Pushes
 from gaitsim_robot.feeling import Pilot, Truth

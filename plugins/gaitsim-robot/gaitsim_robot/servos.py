@@ -14,7 +14,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
-from gaitsim.legged import SERVOS, Servo
+from gaitsim.plugin.toolkit import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy
 from gaitsim_robot.chain import standing_chains
 

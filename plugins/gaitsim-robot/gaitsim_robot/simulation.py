@@ -7,10 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Terrain
-from gaitsim.contracts.quaternions import conjugate, product
-from gaitsim.legged import Damage, Servo, draw_push
-from gaitsim.portable import cos, sin
+from gaitsim.plugin import Terrain, conjugate, product
+from gaitsim.plugin.toolkit import Damage, Servo, cos, draw_push, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.damaged import apply_damage

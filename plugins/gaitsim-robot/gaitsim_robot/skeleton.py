@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Link, Motion, Rig, Skeleton
-from gaitsim.contracts.quaternions import product, rotated, turn_about
-from gaitsim.legged import Damage, place_on_slope
+from gaitsim.plugin import Link, Motion, Rig, Skeleton, product, rotated, turn_about
+from gaitsim.plugin.toolkit import Damage, place_on_slope
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.damaged import is_stuck, lost_bodies
 from gaitsim_robot.figure import TRUNK, body_poses, figure

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.portable import matmul, principal_axes
+from gaitsim.plugin.toolkit import matmul, principal_axes
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.limbs import Limb
 from gaitsim_robot.shapes import surfaces

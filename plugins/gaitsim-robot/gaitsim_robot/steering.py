@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import COMMAND, Command, Motion, Steered
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import COMMAND, Command, GaitsimError, Motion, Steered
 from gaitsim_robot.drives import SHORTENED, pushes, targets
 from gaitsim_robot.feeling import Pilot
 from gaitsim_robot.rollout import (

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Terrain
-from gaitsim.legged import condition_rng, world_seed
+from gaitsim.plugin import Terrain
+from gaitsim.plugin.toolkit import condition_rng, world_seed
 from gaitsim_robot.anatomy import Anatomy, Floats
 
 GROUND = "world: ground"  # a name that geoms of robots are unlikely to have

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from gaitsim.contracts import Array, Motion, option
-from gaitsim.portable import cos, sin
+from gaitsim.plugin import Array, Motion, option
+from gaitsim.plugin.toolkit import cos, sin
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.measures import mean, rms
 from gaitsim_robot.penalties import WalkingFitness, duration

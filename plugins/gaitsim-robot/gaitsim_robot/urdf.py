@@ -7,9 +7,8 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
-from gaitsim.contracts.quaternions import product, rotated
-from gaitsim.legged import Servo
-from gaitsim.portable import arctan2
+from gaitsim.plugin import product, rotated
+from gaitsim.plugin.toolkit import Servo, arctan2
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.figure import TRUNK
 from gaitsim_robot.rollout import tilt_and_yaw

@@ -9,10 +9,8 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.cli.tui import Root, ThemeName
-from gaitsim.console.printing import notice
-from gaitsim.errors import GaitsimError, not_installed
-from gaitsim.opening import read_regular
+from gaitsim.plugin import GaitsimError, not_installed, read_regular
+from gaitsim.plugin.commands import Root, ThemeName, notice
 
 LONGEST_TOKEN = 4096  # bytes
 
@@ -54,7 +52,7 @@ def serve(
 
     ssh -t -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
-    from gaitsim.tui.themes import check_theme
+    from gaitsim.screen import check_theme
 
     try:
         from gaitsim_serve.server import WebServer, is_loopback, listening_socket

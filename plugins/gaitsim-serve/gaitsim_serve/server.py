@@ -27,8 +27,7 @@ from textual_serve.app_service import AppService
 from textual_serve.download_manager import DownloadManager
 from textual_serve.server import Server, to_int
 
-from gaitsim.errors import GaitsimError
-from gaitsim.opening import read_regular
+from gaitsim.plugin import GaitsimError, read_regular
 
 MOST_COLUMNS = 500
 MOST_ROWS = 200

@@ -10,9 +10,11 @@ from pathlib import Path
 from shutil import rmtree
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import (
+from gaitsim.plugin import GaitsimError, Names, PlotFormat, option
+from gaitsim.plugin.commands import (
     DASK,
     GENERATIONS,
+    INTERRUPTED,
     JSON,
     POPULATION,
     SET,
@@ -20,15 +22,9 @@ from gaitsim.actions.action import (
     Action,
     argument,
 )
-from gaitsim.choices import PlotFormat
-from gaitsim.console import INTERRUPTED
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
-from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
-    from gaitsim.evaluation import Executor
-    from gaitsim.experiment import Experiment
+    from gaitsim.plugin.runs import Executor, Experiment
     from gaitsim_studies.comparison import Findings, Sample
 
 
@@ -94,7 +90,7 @@ class CompareExperiments(Action):
         Raises:
             GaitsimError: an option or an experiment has problems.
         """
-        from gaitsim.experiment import parse_assignments
+        from gaitsim.plugin.runs import parse_assignments
         from gaitsim_studies.comparison import check_request, equal_budgets, load_experiments
 
         aims = check_request(self.targets, self.evaluations, self.generations)
@@ -109,7 +105,7 @@ class CompareExperiments(Action):
         Raises:
             GaitsimError: an option or an experiment has problems.
         """
-        from gaitsim.storage.files.folder import free_name
+        from gaitsim.plugin.runs import free_name
         from gaitsim_studies.comparison import experiment_texts
 
         loaded = self.load()[2]
@@ -118,9 +114,8 @@ class CompareExperiments(Action):
 
     def do(self) -> None:
         """Evolve the repeats, and write the report."""
-        from gaitsim.console.cluster import cluster
-        from gaitsim.console.printing import notice, print_json
-        from gaitsim.storage.files.folder import check_links, command, create_folder
+        from gaitsim.plugin.commands import cluster, notice, print_json
+        from gaitsim.plugin.runs import check_links, command, create_folder
         from gaitsim_studies.comparison import experiment_texts, warning
 
         aims, budget, loaded = self.load()
@@ -154,9 +149,8 @@ class CompareExperiments(Action):
 
         A folder without a finished repeat is removed if this fails.
         """
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import notice
-        from gaitsim.storage.lock import RunLock
+        from gaitsim.plugin.commands import interruptible, notice
+        from gaitsim.plugin.runs import RunLock
         from gaitsim_studies.comparison import analyse
 
         kept = folder / _repeats_folder(self.repeats)
@@ -196,7 +190,7 @@ class CompareExperiments(Action):
 
     def _command(self) -> str:
         """Return the command line of this comparison."""
-        from gaitsim.storage.files.folder import command
+        from gaitsim.plugin.runs import command
 
         plans: dict[str, object] = {
             "--evaluations": self.evaluations,
@@ -218,9 +212,8 @@ class CompareExperiments(Action):
         """Evolve the missing repeats of each experiment, with a progress bar or a log."""
         import numpy as np
 
-        from gaitsim.console.cluster import warn
-        from gaitsim.console.progress_bar import Progress
-        from gaitsim.storage.files.atomic import sweep
+        from gaitsim.plugin.commands import Progress, warn_of_cluster as warn
+        from gaitsim.plugin.runs import sweep
         from gaitsim_studies.comparison import Sample
         from gaitsim_studies.running import complete_repeats, read_repeats
 
@@ -257,9 +250,8 @@ def _repeats_folder(repeats: int) -> str:
 
 def _stopped(wanted: Path, texts: Mapping[str, str], repeats: int) -> Path | None:
     """Return the folder of a stopped comparison of the same experiments; None if there is none."""
-    from gaitsim.opening import is_folder, read_regular
-    from gaitsim.storage.files.folder import numbered_names
-    from gaitsim.storage.lock import is_locked
+    from gaitsim.plugin import is_folder, read_regular
+    from gaitsim.plugin.runs import is_locked, numbered_names
     from gaitsim_studies.comparison_report import REPORT
 
     def is_same(folder: Path) -> bool:
@@ -294,9 +286,9 @@ def _values(findings: Findings, again: str) -> dict[str, object]:
 
 def _write(folder: Path, findings: Findings, again: str, format: PlotFormat) -> None:
     """Write the files of a comparison; the report is last, as it marks the end."""
-    from gaitsim.console.printing import as_json, report_files
-    from gaitsim.render.plots.style import LIGHT, save
-    from gaitsim.storage.files.atomic import write_bytes
+    from gaitsim.plugin.commands import as_json, report_files
+    from gaitsim.plugin.pictures import LIGHT, save
+    from gaitsim.plugin.runs import write_bytes
     from gaitsim_studies.comparison_plots import FIGURES
     from gaitsim_studies.comparison_report import CURVES, REPORT, TABLE, VALUES, write_comparison
 
@@ -309,7 +301,7 @@ def _write(folder: Path, findings: Findings, again: str, format: PlotFormat) -> 
 
 
 def _print(folder: Path, findings: Findings, again: str) -> None:
-    from gaitsim.console.printing import output, print_table
+    from gaitsim.plugin.commands import output, print_table
     from gaitsim_studies.comparison_report import REPORT, methods, remarks, tables
 
     console = output()

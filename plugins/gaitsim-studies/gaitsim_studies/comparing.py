@@ -6,11 +6,18 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
-from gaitsim.choices import ComparisonPlot
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.experiment import Experiment
-from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.plugin import (
+    ARGUMENTS,
+    ComparisonPlot,
+    GaitsimError,
+    ReprField,
+    ReprMixin,
+    as_overrides,
+    check_workers,
+    unknown,
+    warn,
+)
+from gaitsim.plugin.runs import Experiment
 from gaitsim_studies.comparison import (
     Findings,
     Sample,
@@ -38,8 +45,7 @@ class Comparison(ReprMixin, Findings):
         Raises:
             GaitsimError: the kind is unknown.
         """
-        from gaitsim.render.notebook import enable_notebook_display
-        from gaitsim.render.plots.style import DARK, LIGHT
+        from gaitsim.plugin.pictures import DARK, LIGHT, enable_notebook_display
         from gaitsim_studies.comparison_plots import FIGURES
 
         if kind not in FIGURES:

@@ -11,11 +11,18 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment, Overrides, load_experiment, read_outline, with_overrides
-from gaitsim.experiment.overrides import COMMAND_LINE
-from gaitsim.storage.differences import differences, scoring_warning
-from gaitsim.storage.files.folder import command
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.runs import (
+    COMMAND_LINE,
+    Experiment,
+    Overrides,
+    command,
+    differences,
+    load_experiment,
+    read_outline,
+    scoring_warning,
+    with_overrides,
+)
 from gaitsim_studies.runtimes import (
     GIVEN,
     QUARTILES,

@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.choices import ComparisonPlot
-from gaitsim.render.plots.components import finite_or_nan
-from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
+from gaitsim.plugin import ComparisonPlot
+from gaitsim.plugin.pictures import LIGHT, WIDTH, Theme, add_heading, finite_or_nan, shorten, styled
 from gaitsim_studies.comparison import Findings
 from gaitsim_studies.comparison_report import target_words
 from gaitsim_studies.statistics import quantiles

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin.runs import write_bytes
 from gaitsim_studies.comparison import Findings
 from gaitsim_studies.results import markdown, number
 from gaitsim_studies.runtimes import DIGITS, target_text

@@ -16,12 +16,8 @@ from typing import NamedTuple, get_args
 import numpy as np
 from pydantic_core import to_json
 
-from gaitsim.choices import ComparisonPlot, PlotFormat
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.experiment import Experiment
-from gaitsim.opening import read_regular
-from gaitsim.storage.accounts import Account, FilesVerdict
-from gaitsim.storage.files.folder import check_links
+from gaitsim.plugin import ComparisonPlot, GaitsimError, PlotFormat, RunError, read_regular
+from gaitsim.plugin.runs import Account, Experiment, FilesVerdict, check_links
 from gaitsim_studies.comparison import (
     Sample,
     analyse,

@@ -16,11 +16,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.errors import RunError
-from gaitsim.evaluation import Executor
-from gaitsim.evaluation.executors import cores
-from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
-from gaitsim.evaluation.streams import Purpose, stream
+from gaitsim.plugin import RunError
+from gaitsim.plugin.runs import Executor, OnWarning, ProcessExecutor, Purpose, cores, stream
 from gaitsim_studies.file import EXPERIMENT, POPULATION, Cell, Scalar, Study
 from gaitsim_studies.running import FRESH, Best, read_result, recorded_generations, run_cells
 from gaitsim_studies.statistics import CONFIDENCE, Means

@@ -11,14 +11,23 @@ from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from gaitsim import toml
-from gaitsim.contracts import option
-from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.experiment.loading import read_file
-from gaitsim.experiment.overrides import Problems, invalid_value, missing_option
-from gaitsim.registry import STUDIES, options
-from gaitsim.registry.loading import read_preset
+from gaitsim.plugin import (
+    STUDIES,
+    ExperimentError,
+    GaitsimError,
+    option,
+    options,
+    read_preset,
+    toml,
+)
+from gaitsim.plugin.runs import (
+    Experiment,
+    Problems,
+    invalid_value,
+    load_experiment,
+    missing_option,
+    read_file,
+)
 
 SCHEMA = 1
 MOST_CELLS = 100_000

@@ -5,10 +5,15 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError
-from gaitsim.render.parallel_view import ParallelAxis, ParallelView
-from gaitsim.render.plots.parallel import MAX_AXES, parallel_figure
-from gaitsim.render.plots.style import LIGHT, replace_figure
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.pictures import (
+    LIGHT,
+    MAX_AXES,
+    ParallelAxis,
+    ParallelView,
+    parallel_figure,
+    replace_figure,
+)
 from gaitsim_studies.file import EXPERIMENT, Cell, Scalar, Study
 from gaitsim_studies.running import Best
 

@@ -16,10 +16,8 @@ from typing import Literal
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.opening import is_folder, open_regular, read_regular
-from gaitsim.storage.files.atomic import sweep, write_bytes, writing
-from gaitsim.storage.lock import is_locked
+from gaitsim.plugin import GaitsimError, RunError, is_folder, open_regular, read_regular
+from gaitsim.plugin.runs import is_locked, sweep, write_bytes, writing
 from gaitsim_studies.confirmation import ReachedTarget
 from gaitsim_studies.file import EXPERIMENT, POPULATION, STATISTICS, STUDY, Cell, Study, read_study
 from gaitsim_studies.running import CELLS, Best, recorded_generations

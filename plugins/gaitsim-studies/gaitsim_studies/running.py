@@ -18,15 +18,20 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
-from gaitsim.evaluation import Evaluator, Executor
-from gaitsim.evaluation.executors import WorkerLostError, cores
-from gaitsim.evaluation.processes import OnWarning, ProcessExecutor
-from gaitsim.evolution.repeats import evolve_repeats
-from gaitsim.experiment import Experiment
-from gaitsim.opening import read_regular
-from gaitsim.storage.files.atomic import sweep, write_bytes
-from gaitsim.storage.files.folder import create_subfolder
+from gaitsim.plugin import GaitsimError, read_regular
+from gaitsim.plugin.runs import (
+    Evaluator,
+    Executor,
+    Experiment,
+    OnWarning,
+    ProcessExecutor,
+    WorkerLostError,
+    cores,
+    create_subfolder,
+    evolve_repeats,
+    sweep,
+    write_bytes,
+)
 from gaitsim_studies.file import STUDY, Cell, Study, cells, read_study
 
 _OWN = "gaitsim"

@@ -10,18 +10,23 @@ from textual.containers import VerticalScroll
 from textual.widget import Widget
 from textual.widgets import DataTable, Static
 
-from gaitsim.errors import GaitsimError
-from gaitsim.registry import STUDIES, entries
-from gaitsim.render.terminal.text import ago, visible, visible_lines
-from gaitsim.storage.files.folder import EXPERIMENT, command
-from gaitsim.tui.formatting import clip, clip_name
-from gaitsim.tui.keys import bindings
-from gaitsim.tui.opener import copy_paths
-from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.screens.tasks import BAR, progress_bar
-from gaitsim.tui.tasks import Task, TaskChanged
-from gaitsim.tui.themes import INKS
-from gaitsim.tui.widgets.lists import FileTable, OpenTable
+from gaitsim.plugin import STUDIES, GaitsimError, entries
+from gaitsim.plugin.pictures import ago, visible, visible_lines
+from gaitsim.plugin.runs import EXPERIMENT, command
+from gaitsim.screen import (
+    BAR,
+    INKS,
+    FileTable,
+    GaitScreen,
+    OpenTable,
+    Task,
+    TaskChanged,
+    bindings,
+    clip,
+    clip_name,
+    copy_paths,
+    progress_bar,
+)
 from gaitsim_studies.results import (
     DEFAULT_FOLDERS,
     REPORT,

@@ -8,13 +8,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
-from gaitsim.actions.action import DASK, JSON, WORKERS, Action, argument
-from gaitsim.console import INTERRUPTED
-from gaitsim.contracts.plugin import option
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.plugin import GaitsimError, RunError, option
+from gaitsim.plugin.commands import DASK, INTERRUPTED, JSON, WORKERS, Action, argument
 
 if TYPE_CHECKING:
-    from gaitsim.evaluation import Executor
+    from gaitsim.plugin.runs import Executor
     from gaitsim_studies.confirmation import ReachedTarget
     from gaitsim_studies.file import Cell, Study
     from gaitsim_studies.running import Best
@@ -66,7 +64,7 @@ class RunStudy(Action):
         Raises:
             GaitsimError: the study has problems.
         """
-        from gaitsim.storage.files.folder import free_name
+        from gaitsim.plugin.runs import free_name
         from gaitsim_studies.file import cells, read_study
 
         study, _ = read_study(self.study)
@@ -77,10 +75,8 @@ class RunStudy(Action):
         """Run the cells, and write the results."""
         from dataclasses import asdict
 
-        from gaitsim.console.cluster import cluster
-        from gaitsim.console.printing import print_json
-        from gaitsim.storage.files.folder import check_links, create_folder
-        from gaitsim.storage.lock import RunLock
+        from gaitsim.plugin.commands import cluster, print_json
+        from gaitsim.plugin.runs import RunLock, check_links, create_folder
         from gaitsim_studies.file import STUDY, cells, experiment_files, read_study
         from gaitsim_studies.parallel import plot_cells
         from gaitsim_studies.results import write_results
@@ -119,7 +115,7 @@ class RunStudy(Action):
 
 
 def _print(folder: Path, study: Study, reached: Sequence[ReachedTarget]) -> None:
-    from gaitsim.console.printing import output, print_table, report_files
+    from gaitsim.plugin.commands import output, print_table, report_files
     from gaitsim_studies.results import TABLE, rule, summary, title
 
     console = output()
@@ -139,9 +135,7 @@ def _run(
     executor: Executor | None,
 ) -> bool:
     """Run the missing cells with a progress bar; return False if the user stops it."""
-    from gaitsim.console.cluster import warn
-    from gaitsim.console.interrupts import interruptible
-    from gaitsim.console.progress_bar import Progress
+    from gaitsim.plugin.commands import Progress, interruptible, warn_of_cluster as warn
     from gaitsim_studies.running import results, run_cells
 
     _, missing = results(folder, study, all_cells)
@@ -157,7 +151,7 @@ def _run(
     except KeyboardInterrupt:
         return False
     except GaitsimError as error:
-        from gaitsim.storage.files.folder import command
+        from gaitsim.plugin.runs import command
 
         error.add_remedy(f"run the remaining cells: {command('study', folder)}")
         raise
@@ -172,9 +166,7 @@ def _confirm(
     executor: Executor | None,
 ) -> list[ReachedTarget] | None:
     """Run fresh repeats with a progress bar; return None if the user stops it."""
-    from gaitsim.console.cluster import warn
-    from gaitsim.console.interrupts import interruptible
-    from gaitsim.console.progress_bar import Progress
+    from gaitsim.plugin.commands import Progress, interruptible, warn_of_cluster as warn
     from gaitsim_studies.confirmation import confirm
 
     if study.target is None:
@@ -196,15 +188,15 @@ def _confirm(
     except KeyboardInterrupt:
         return None
     except GaitsimError as error:
-        from gaitsim.storage.files.folder import command
+        from gaitsim.plugin.runs import command
 
         error.add_remedy(f"run the remaining repeats: {command('study', folder)}")
         raise
 
 
 def _exit_stopped(folder: Path) -> NoReturn:
-    from gaitsim.console.printing import notice
-    from gaitsim.storage.files.folder import command
+    from gaitsim.plugin.commands import notice
+    from gaitsim.plugin.runs import command
 
     notice(f"Stopped; finished cells are saved. Continue with: {command('study', folder)}")
     sys.exit(INTERRUPTED)

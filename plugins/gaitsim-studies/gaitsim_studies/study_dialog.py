@@ -10,14 +10,9 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.widgets import Button, Input, Static
 
-from gaitsim.errors import GaitsimError
-from gaitsim.registry import STUDIES, entries
-from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.builder import Option
-from gaitsim.tui.keys import bindings
-from gaitsim.tui.products import CommandForm, default
-from gaitsim.tui.screens.base import Dialog
-from gaitsim.tui.widgets.form import Field
+from gaitsim.plugin import STUDIES, GaitsimError, entries
+from gaitsim.plugin.pictures import visible, visible_lines
+from gaitsim.screen import CommandForm, Dialog, Field, Option, bindings, default
 from gaitsim_studies.compare_command import CompareExperiments
 from gaitsim_studies.study_command import RunStudy
 

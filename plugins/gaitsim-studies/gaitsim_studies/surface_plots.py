@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gaitsim.render.plots.style import LIGHT, save, styled
-from gaitsim.storage.files.atomic import writing
+from gaitsim.plugin.pictures import LIGHT, save, styled
+from gaitsim.plugin.runs import writing
 from gaitsim_studies.file import EXPERIMENT, Cell, Study
 from gaitsim_studies.running import Best, recorded_generations
 

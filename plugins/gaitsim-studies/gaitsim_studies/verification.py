@@ -9,10 +9,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from gaitsim.errors import RunError
-from gaitsim.opening import is_folder, read_regular
-from gaitsim.storage.accounts import Account, FilesVerdict
-from gaitsim.storage.files.folder import check_links
+from gaitsim.plugin import RunError, is_folder, read_regular
+from gaitsim.plugin.runs import Account, FilesVerdict, check_links
 from gaitsim_studies.confirmation import confirm
 from gaitsim_studies.file import STUDY, Cell, Study, cells, read_study
 from gaitsim_studies.results import LARGEST_REPORT, LARGEST_TABLE, REPORT, TABLE, write_results

@@ -6,7 +6,7 @@ from collections import deque
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts.quaternions import product, rotated
+from gaitsim.plugin import product, rotated
 from gaitsim_robot.simulation import Simulation
 
 Floats = NDArray[np.float64]

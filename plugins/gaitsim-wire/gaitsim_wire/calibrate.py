@@ -4,14 +4,13 @@ from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.actions.action import Action, argument
-from gaitsim.contracts.plugin import option
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError, option
+from gaitsim.plugin.commands import Action, argument
 from gaitsim_wire.commands import Drive
 from gaitsim_wire.wire import BAUD, BUS, PORT, Bus, baud_of
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Individual
+    from gaitsim.plugin.runs import Individual
 
 
 class Calibrate(Action):
@@ -66,10 +65,8 @@ class Calibrate(Action):
         import sys
         from threading import Thread
 
-        from gaitsim.cli.tui import check_terminal, run_app
-        from gaitsim.console.printing import echo, status
-        from gaitsim.experiment import load_experiment
-        from gaitsim.storage.files.folder import EXPERIMENT, command
+        from gaitsim.plugin.commands import check_terminal, echo, run_app, status
+        from gaitsim.plugin.runs import EXPERIMENT, command, load_experiment
         from gaitsim_wire.calibrating import Calibrator
         from gaitsim_wire.ports import open_port
         from gaitsim_wire.robots import robot_of
@@ -85,8 +82,7 @@ class Calibrate(Action):
             )
         baud = baud_of(self.bus, self.baud)
         check_terminal("start the command in a terminal, or complete a calibration template")
-        from gaitsim.tui.app import GaitsimApp
-        from gaitsim.tui.config import config_path, read_config
+        from gaitsim.screen import GaitsimApp, config_path, read_config
         from gaitsim_wire.calibration_screen import Calibration
 
         with status("Preparing the robot …"):

@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from gaitsim.contracts import Motion, Skeleton
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.legged import Damage
+from gaitsim.plugin import GaitsimError, Motion, Skeleton, unknown
+from gaitsim.plugin.toolkit import Damage
 from gaitsim_hardware.calibration import Calibration, Joint, default_calibration
 from gaitsim_hardware.calibration_file import read_calibration, write_joint
 from gaitsim_hardware.keyframes import Keyframes

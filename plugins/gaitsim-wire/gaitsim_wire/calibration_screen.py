@@ -8,10 +8,8 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical
 from textual.widgets import Static
 
-from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.widgets.canvas import BodyCanvas
+from gaitsim.plugin.pictures import visible, visible_lines
+from gaitsim.screen import BodyCanvas, GaitScreen, bindings
 from gaitsim_wire.calibrating import STEPS, Calibrator, drawn
 
 FPS = 10

@@ -5,14 +5,12 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.actions.action import RUN_OR_CODE, SET, Action, ChosenIndividual, argument
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError, Names, option
+from gaitsim.plugin.commands import RUN_OR_CODE, SET, Action, ChosenIndividual, argument
 from gaitsim_wire.wire import BAUD, BUS, Bus, WireOptions, baud_of
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Individual
+    from gaitsim.plugin.runs import Individual
     from gaitsim_hardware.calibration import Calibration
     from gaitsim_wire.driving import Player
 
@@ -77,11 +75,9 @@ class Emulate(Action):
         """Run the virtual robot."""
         import numpy as np
 
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import echo, notice, status
-        from gaitsim.evaluation.worlds import parse_world
-        from gaitsim.experiment import load_experiment, parse_assignments
-        from gaitsim.gait.changed import put_in_world
+        from gaitsim.plugin.commands import echo, interruptible, notice, status
+        from gaitsim.plugin.gait import put_in_world
+        from gaitsim.plugin.runs import load_experiment, parse_assignments, parse_world
         from gaitsim_wire.emulator import Noise
         from gaitsim_wire.pseudo_terminal import serve
         from gaitsim_wire.robots import create_emulator
@@ -179,11 +175,9 @@ class Drive(ChosenIndividual, WireOptions):
 
     def do(self) -> None:
         """Check the robot, drive it, and save the telemetry."""
-        from gaitsim.console import INTERRUPTED
-        from gaitsim.console.codes import read_individual
-        from gaitsim.console.printing import status
-        from gaitsim.gait.gait_files import check_folder
-        from gaitsim.storage.files.folder import command
+        from gaitsim.plugin.commands import INTERRUPTED, read_individual, status
+        from gaitsim.plugin.gait import check_folder
+        from gaitsim.plugin.runs import command
         from gaitsim_wire.driving import Session
         from gaitsim_wire.terminal import say
 
@@ -222,8 +216,8 @@ class Drive(ChosenIndividual, WireOptions):
         Raises:
             GaitsimError: the gait cannot follow commands, or needs a sensor that no bus has.
         """
-        from gaitsim.console.printing import notice
-        from gaitsim.gait.gait_files import gait_of
+        from gaitsim.plugin.commands import notice
+        from gaitsim.plugin.gait import gait_of
         from gaitsim_hardware.c_code import with_rhythm
         from gaitsim_wire.driving import Walker, excitation
         from gaitsim_wire.robots import calibration_of, pilot_of, robot_of
@@ -248,7 +242,7 @@ class Drive(ChosenIndividual, WireOptions):
 
 def _next_recording(individual: "Individual") -> Path:
     """Return a new file in the exports of the individual's run, or in the current folder."""
-    from gaitsim.storage.files.folder import exports_folder
+    from gaitsim.plugin.runs import exports_folder
 
     source = individual.source
     folder = exports_folder(source) if source is not None and source.is_dir() else Path()

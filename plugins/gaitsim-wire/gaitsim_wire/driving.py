@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.runs import write_bytes
 from gaitsim_hardware.calibration import Calibration
 from gaitsim_hardware.keyframes import Keyframes
 from gaitsim_robot.drives import targets

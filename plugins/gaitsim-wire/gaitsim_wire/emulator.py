@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError
 from gaitsim_hardware.arduino import servo_checksum
 from gaitsim_hardware.calibration import Calibration
 from gaitsim_robot.rollout import tilt_and_yaw

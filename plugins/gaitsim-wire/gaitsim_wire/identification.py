@@ -7,9 +7,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts.quaternions import conjugate, product, rotated, turn_about
-from gaitsim.errors import GaitsimError
-from gaitsim.gait.gait_files import read_bounded, read_gait, read_npz
+from gaitsim.plugin import GaitsimError, conjugate, product, rotated, turn_about
+from gaitsim.plugin.gait import read_bounded, read_gait, read_npz
 from gaitsim_robot.conditions import apply_world, lowest_points
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import orientation

@@ -4,13 +4,11 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import JSON, SET, WORKERS, Action, argument
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError, Names, option
+from gaitsim.plugin.commands import JSON, SET, WORKERS, Action, argument
 
 if TYPE_CHECKING:
-    from gaitsim.experiment import Experiment
+    from gaitsim.plugin.runs import Experiment
     from gaitsim_wire.identification import Identified
 
 
@@ -66,13 +64,16 @@ class Identify(Action):
         """Read the recordings, fit the parameters, and print and save them."""
         import os
 
-        from gaitsim.console import INTERRUPTED
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import notice, report_files, status
-        from gaitsim.console.progress_bar import Progress
-        from gaitsim.experiment import load_experiment, parse_assignments
-        from gaitsim.gait.gait_files import check_folder
-        from gaitsim.storage.files.atomic import write_bytes
+        from gaitsim.plugin.commands import (
+            INTERRUPTED,
+            Progress,
+            interruptible,
+            notice,
+            report_files,
+            status,
+        )
+        from gaitsim.plugin.gait import check_folder
+        from gaitsim.plugin.runs import load_experiment, parse_assignments, write_bytes
         from gaitsim_wire.identification import Replay, identify, read_recording, simulations
         from gaitsim_wire.robots import robot_of
 
@@ -122,7 +123,7 @@ class Identify(Action):
 
     def _print(self, found: "Identified") -> None:
         """Print a table of the parameters."""
-        from gaitsim.console.printing import echo, print_json, print_table
+        from gaitsim.plugin.commands import echo, print_json, print_table
         from gaitsim_wire.identification import WORLD
 
         rows = []
@@ -148,7 +149,7 @@ class Identify(Action):
 
 def fitted(experiment: "Experiment", found: "Identified") -> "Experiment":
     """Return an experiment with the fitted robot as its world, and ranges for unseen worlds."""
-    from gaitsim.experiment import with_overrides
+    from gaitsim.plugin.runs import with_overrides
 
     robot = experiment.organism
     overrides = {

@@ -6,15 +6,13 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import RUN_OR_CODE, ChosenIndividual, argument
-from gaitsim.contracts.plugin import option
-from gaitsim.contracts.product import Names
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError, Names, option
+from gaitsim.plugin.commands import RUN_OR_CODE, ChosenIndividual, argument
 from gaitsim_adaptation.commands import Adapt, AdaptOptions, ask, confirmed, question
 from gaitsim_wire.wire import WireOptions
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Individual
+    from gaitsim.plugin.runs import Individual
     from gaitsim_adaptation.answers import Reading
     from gaitsim_adaptation.trials import Proposal
     from gaitsim_wire.trials import Played, RobotSearch, Trial
@@ -42,11 +40,8 @@ class AdaptRobot(AdaptOptions, WireOptions):
 
     def do(self) -> None:
         """Propose gaits, play them, and ask for their results."""
-        from gaitsim.console import INTERRUPTED
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import notice
-        from gaitsim.storage.files.folder import exports_folder
-        from gaitsim.storage.snapshot import RunSnapshot
+        from gaitsim.plugin.commands import INTERRUPTED, interruptible, notice
+        from gaitsim.plugin.runs import RunSnapshot, exports_folder
         from gaitsim_adaptation.adaptation import default_name, normalise_damage
         from gaitsim_adaptation.view import AdaptationView
 
@@ -114,10 +109,13 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def do(self) -> None:
         """Propose gaits, play them, and ask for their results."""
-        from gaitsim.console import INTERRUPTED
-        from gaitsim.console.codes import read_individual
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import echo, notice
+        from gaitsim.plugin.commands import (
+            INTERRUPTED,
+            echo,
+            interruptible,
+            notice,
+            read_individual,
+        )
         from gaitsim_adaptation.answers import Reading
 
         self.check_wire()
@@ -144,10 +142,10 @@ class EvolveRobot(ChosenIndividual, WireOptions):
         Raises:
             RunError: the folder cannot be used, or holds a search with other settings.
         """
-        from gaitsim.console.printing import echo
-        from gaitsim.errors import RunError
-        from gaitsim.gait.gait_files import gait_of
-        from gaitsim.sharing.challenge import code_of
+        from gaitsim.plugin import RunError
+        from gaitsim.plugin.commands import echo
+        from gaitsim.plugin.gait import gait_of
+        from gaitsim.plugin.runs import code_of
         from gaitsim_wire.trials import FILE, Log, RobotSearch, read_log
 
         given = {
@@ -175,7 +173,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def _try_next(self, search: RobotSearch, reading: Reading) -> bool:
         """Play the next gait and record its result; return False if the user quits."""
-        from gaitsim.console.printing import echo, notice
+        from gaitsim.plugin.commands import echo, notice
 
         number = len(search.log.trials) + 1
         echo(f"trial {number} of {self.trials}, generation {search.generation}")
@@ -215,9 +213,8 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def _report(self, search: RobotSearch) -> None:
         """Print the best gait, and write its code."""
-        from gaitsim.console.printing import echo, notice, report_files
-        from gaitsim.storage.files.atomic import write_bytes
-        from gaitsim.storage.files.folder import command
+        from gaitsim.plugin.commands import echo, notice, report_files
+        from gaitsim.plugin.runs import command, write_bytes
 
         count, best = len(search.log.trials), search.best
         if count < self.trials:
@@ -239,7 +236,7 @@ def _ready(*others: str) -> str:
     """
     import termios
 
-    from gaitsim.console.printing import echo
+    from gaitsim.plugin.commands import echo
 
     while True:
         if sys.stdin.isatty():  # an Enter too many before must not start the robot
@@ -254,7 +251,7 @@ def _ready(*others: str) -> str:
 
 def _play(wire: WireOptions, individual: Individual, file: Path) -> Played:
     """Let a robot play a gait, and print what its IMU measured."""
-    from gaitsim.console.printing import echo
+    from gaitsim.plugin.commands import echo
     from gaitsim_wire.trials import play
 
     played = play(wire, individual, file)

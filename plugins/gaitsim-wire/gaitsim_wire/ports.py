@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from gaitsim.errors import GaitsimError, not_installed
+from gaitsim.plugin import GaitsimError, not_installed
 
 BAUDS = (57_600, 115_200, 230_400, 500_000, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 """Baud rates that both Linux and servo buses know."""

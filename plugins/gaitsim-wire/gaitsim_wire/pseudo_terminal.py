@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError
 from gaitsim_wire.emulator import Emulator
 
 STEP = 0.005  # s, longest time between two steps of the simulation

@@ -7,11 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Organism
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment import Experiment
-from gaitsim.legged import observed
-from gaitsim.registry import load_reflexes
+from gaitsim.plugin import GaitsimError, Organism, load_reflexes
+from gaitsim.plugin.runs import Experiment
+from gaitsim.plugin.toolkit import observed
 from gaitsim_hardware.calibration import Calibration, default_calibration
 from gaitsim_hardware.calibration_file import read_calibration
 from gaitsim_robot.feeling import Pilot

@@ -1,7 +1,6 @@
 """What real robots add to the terminal UI: their commands, and the keys of the calibration."""
 
-from gaitsim.tui.keys import Hidden, Shown, declare
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.screen import GaitScreen, Hidden, Shown, declare
 
 
 def _ask(screen: GaitScreen) -> None:

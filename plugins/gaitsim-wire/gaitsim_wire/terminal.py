@@ -11,8 +11,7 @@ from contextlib import contextmanager, suppress
 
 import numpy as np
 
-from gaitsim.console.printing import echo
-from gaitsim.console.streams import results
+from gaitsim.plugin.commands import echo, results
 from gaitsim_robot.steering import COMMANDS
 from gaitsim_wire.driving import Player, Status, Stopped
 

@@ -11,17 +11,19 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.contracts import Genomes
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evaluating import evaluate
-from gaitsim.evaluation.scoring import LARGEST_SCORE
-from gaitsim.gait.gait_files import gait_of
-from gaitsim.individual import Individual
-from gaitsim.opening import read_regular
-from gaitsim.optimiser import Optimiser
-from gaitsim.sharing.challenge import Challenge, code_of
-from gaitsim.storage.files.atomic import write_bytes
-from gaitsim.storage.files.schema import EXACT_KEYS, first_problem
+from gaitsim.plugin import GaitsimError, Genomes, RunError, read_regular
+from gaitsim.plugin.gait import gait_of
+from gaitsim.plugin.runs import (
+    EXACT_KEYS,
+    LARGEST_SCORE,
+    Challenge,
+    Individual,
+    Optimiser,
+    code_of,
+    evaluate,
+    first_problem,
+    write_bytes,
+)
 from gaitsim_adaptation.answers import Answer
 from gaitsim_adaptation.prior import DEFAULT_MEASURE, performance_of
 from gaitsim_adaptation.trials import Outcome

@@ -7,11 +7,10 @@ from typing import TYPE_CHECKING, Literal
 
 from pydantic import BaseModel
 
-from gaitsim.contracts.plugin import option
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import GaitsimError, option
 
 if TYPE_CHECKING:
-    from gaitsim.gait.gait_files import Gait
+    from gaitsim.plugin.gait import Gait
     from gaitsim_hardware.calibration import Calibration
     from gaitsim_wire.driving import Player, Session, Tape
 
@@ -113,8 +112,7 @@ class WireOptions(BaseModel):
             GaitsimError: the robot is not the one of the calibration, or cannot be reached.
             KeyboardInterrupt: the user stopped the robot.
         """
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.printing import notice, status
+        from gaitsim.plugin.commands import interruptible, notice, status
         from gaitsim_wire.driving import LEAST_VOLTS, Limits, Session, Stopped
         from gaitsim_wire.ports import open_port
         from gaitsim_wire.robots import bus_of

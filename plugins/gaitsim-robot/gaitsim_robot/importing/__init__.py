@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from gaitsim.contracts import BodyFile
+from gaitsim.plugin import BodyFile
 from gaitsim_robot import text as robot_text
 from gaitsim_robot.child import run_in_child
 

@@ -7,7 +7,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TypeVar
 from urllib.parse import unquote
 
-from gaitsim.opening import read_regular
+from gaitsim.plugin import read_regular
 from gaitsim_robot.errors import RobotError, format_names
 from gaitsim_robot.markup import mistaken_file, parse
 
