@@ -36,7 +36,7 @@ class ScreenAction(NamedTuple):
         shown: whether the footer shows it.
         on: what an action of a package applies to: any screen, the individual of a screen, or its
             runs, two or more.
-        show: function that carries out the action of a package on a `GaitScreen`, such as by showing
+        show: function that carries out the action of a package on a `GaitScreen`, such as showing
             another screen.
     """
 
