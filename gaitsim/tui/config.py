@@ -28,7 +28,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.storage.views import config_folder, editing, read_settings
+from gaitsim.storage.settings import config_folder, editing, read_settings
 from gaitsim.toml import literal, parse
 from gaitsim.tui.keys import NAMED, PREFIX
 from gaitsim.tui.themes import check_theme
@@ -51,6 +51,8 @@ class Config:
         theme: name of the chosen theme; None without a choice.
         notify: whether the end of a background run rings the bell and notifies the desktop.
         preview: whether home shows the champion under the cursor, if there is room.
+        columns: keys of the columns of the list of runs; () for the usual ones.
+        sort: key to sort the runs by, with `-` for descending order; '' for the latest first.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
         problems: problems of the file.
     """
@@ -59,6 +61,8 @@ class Config:
     theme: str | None = None
     notify: bool = True
     preview: bool = True
+    columns: tuple[str, ...] = ()
+    sort: str = ""
     keys: Mapping[str, str] = field(default_factory=dict)
     problems: tuple[GaitsimError, ...] = ()
 
@@ -84,6 +88,8 @@ class _Tui(BaseModel):
     theme: str | None = None
     notify: StrictBool = True
     preview: StrictBool = True
+    columns: tuple[str, ...] = ()
+    sort: str = ""
 
 
 class _File(BaseModel):
@@ -98,6 +104,8 @@ _ALLOWED = {
     "tui.theme": "the name of a theme in quotes",
     "tui.notify": "true or false",
     "tui.preview": "true or false",
+    "tui.columns": "a list of keys",
+    "tui.sort": "a key in quotes",
 }
 
 
@@ -129,7 +137,8 @@ def read_config(path: Path) -> Config:
         problems.append(error)
         theme = None
     tui = found.tui
-    return Config(path, theme, tui.notify, tui.preview, found.keys, tuple(problems))
+    values = {**dict(tui), "theme": theme}
+    return Config(path, **values, keys=found.keys, problems=tuple(problems))
 
 
 def _problem(path: Path, sections: list[str], name: str, detail: Any) -> GaitsimError:
@@ -144,7 +153,7 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
     return GaitsimError(what, where=where, allowed=allowed, key=key)
 
 
-def remember(path: Path, key: str, value: str | bool) -> None:
+def remember(path: Path, key: str, value: str | bool | list[str]) -> None:
     """Write a key of [tui] to the settings; keep the rest of the file, including comments."""
     with editing(path) as document:
         tui = document.setdefault("tui", {})

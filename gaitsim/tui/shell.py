@@ -112,6 +112,8 @@ class Shell(ViKeys):
         drafts: unsaved new runs by preset, the latest last.
         catalogue: installed plugins; None until a screen has read them.
         preview: whether home shows the champion under the cursor, if there is room.
+        columns: keys of the columns of the list of runs; () for the usual ones.
+        sort: key to sort the runs by; see `Config.sort`.
     """
 
     _has_inks = False  # whether the console knows the colours of a theme
@@ -132,6 +134,7 @@ class Shell(ViKeys):
         self.catalogue: Catalogue | None = None
         self._config = config
         self.preview = config is None or config.preview
+        self.columns, self.sort = (config.columns, config.sort) if config else ((), "")
         for ours in THEMES:
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
@@ -253,7 +256,7 @@ class Shell(ViKeys):
         self.theme = name
         self.remember(THEME, name)
 
-    def remember(self, key: str, value: str | bool) -> None:
+    def remember(self, key: str, value: str | bool | list[str]) -> None:
         """Store a setting, if the user's settings are read."""
         if self._config is not None:
             try:

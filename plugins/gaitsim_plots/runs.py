@@ -11,9 +11,9 @@ from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.storage.compare_runs import ComparedRun, RunsReader, warning
 from gaitsim.storage.files.folder import find_run, list_runs, unfinished_error
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.compare_runs import ComparedRun, RunsReader, warning
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

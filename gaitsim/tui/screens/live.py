@@ -317,7 +317,7 @@ with `gaitsim attach`.
                 return state != "failed" or self.snapshot.generation > 0
             case "map":
                 return self._has_members and self.snapshot.generation > 0
-            case "replay" | "why" | "export" | "laboratory" | "steer" | "drive":
+            case "replay" | "why" | "export" | "on_individual" | "steer":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)
 

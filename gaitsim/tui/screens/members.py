@@ -38,7 +38,7 @@ SHARE = 10  # minimum pause between two reads, as a multiple of the time of a re
 LONGEST = 10.0  # maximum pause, seconds
 PAUSE = 0.1  # seconds for which the cursor rests before a member is simulated
 NEEDS_GAIT = (
-    *("best", "go_to", "replay", "why", "export", "play", "view", "laboratory"),
+    *("best", "go_to", "replay", "why", "export", "play", "view", "on_individual"),
     *("along", "mark"),
 )
 """The actions that need a member under the cursor."""
