@@ -1,4 +1,4 @@
-"""Verify studies, comparisons and adaptations, found by their files."""
+"""Verify runs, studies, comparisons and adaptations: everything is found by its files."""
 
 import os
 from collections.abc import Callable
@@ -6,17 +6,18 @@ from pathlib import Path
 from typing import Any
 
 from gaitsim.errors import GaitsimError
-from gaitsim.storage.accounts import FilesVerdict
 from gaitsim.storage.files.folder import ADAPTATIONS, holds_run
 from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.verification import Verdict, verify_run
 
 
-def files_kind(path: Path) -> str:
+def files_kind(subject: str | Path) -> str:
     """Return the kind of a folder or file; '' for a run and for all others."""
     from gaitsim.adaptation.report import FILE
     from gaitsim.study.file import STUDY
     from gaitsim.study.results import FIRST
 
+    path = Path(subject)
     if holds_run(path):
         return ""
     files = {STUDY: "study", FIRST: "comparison", FILE: "adaptation report"}
@@ -28,44 +29,48 @@ def files_kind(path: Path) -> str:
 
 
 def verify_files(
-    path: Path,
+    subject: str,
     atlas: str | None = None,
     *,
-    everything: bool = False,
+    everything: bool | None = None,
     workers: int | None = None,
-    begin: Callable[[int], None] = lambda total: None,
-    advance: Callable[[int], None] = lambda steps: None,
-) -> FilesVerdict:
-    """Verify the folder of a study, a comparison or an adaptation report, or an adaptation's file.
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda steps: None,
+) -> Verdict:
+    """Compute a run, a study, a comparison or an adaptation again, and compare its files.
 
     Args:
-        path: the folder or file.
+        subject: name or folder of a run; folder of a study, a comparison or an adaptation report;
+            or file of an adaptation.
         atlas: folder or name of the atlas of an adaptation; None for the run that contains it.
-        everything: whether to repeat everything, rather than a part of it.
+        everything: whether to repeat everything; None does so for a quick run, and otherwise
+            repeats a random part.
         workers: number of parallel workers.
         begin: callback with the number of steps.
         advance: callback with the number of steps done since the last call.
 
     Raises:
-        GaitsimError: the path is none of these, or cannot be verified.
+        GaitsimError: the subject is none of these, or cannot be verified.
     """
     from gaitsim.adaptation.verification import verify_adaptation, verify_report
-    from gaitsim.study.comparison_verification import verify_comparison
-    from gaitsim.study.verification import verify_study
+    from gaitsim.study.verification import verify_comparison, verify_study
 
-    kind = files_kind(path)
+    path = Path(subject)
+    kind = files_kind(subject)
     steps: dict[str, Any] = {"workers": workers, "begin": begin, "advance": advance}
-    if kind in ("study", "comparison"):
-        if atlas is not None:
-            raise GaitsimError(f"a {kind} has no atlas", where="--atlas", remedy="omit it")
-        verify = verify_study if kind == "study" else verify_comparison
-        return verify(path, everything=everything, **steps)
-    if not kind:
-        raise GaitsimError(f"{path} is not a study, a comparison or an adaptation")
-    run = RunSnapshot.find(atlas or _atlas_around(path))
-    if kind == "adaptation":
-        return verify_adaptation(path, run, **steps)
-    return verify_report(path, run, everything=everything, **steps)
+    if atlas is not None and not kind.startswith("adaptation"):
+        raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")
+    match kind:
+        case "study":
+            return verify_study(path, everything=bool(everything), **steps)
+        case "comparison":
+            return verify_comparison(path, everything=bool(everything), **steps)
+        case "adaptation":
+            return verify_adaptation(path, RunSnapshot.find(atlas or _atlas_around(path)), **steps)
+        case "adaptation report":
+            run = RunSnapshot.find(atlas or _atlas_around(path))
+            return verify_report(path, run, everything=bool(everything), **steps)
+    return verify_run(RunSnapshot.find(subject), everything=everything, **steps)
 
 
 def _atlas_around(path: Path) -> str:
