@@ -45,7 +45,7 @@ from gaitsim.evaluation.executors import cores
 from gaitsim.opening import read_regular
 from gaitsim.storage.files.folder import CHECKPOINT, command
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import Difference, Verdict, file_results
+from gaitsim.storage.verification import FileDifference, Verdict, file_results
 
 SAMPLES = 10
 """Number of cases of a report that are repeated by default."""
@@ -107,8 +107,8 @@ def verify_adaptation(
                     found.append(_wrong_measurement(one.trial, one.values, measured))
                 advance(1)
     count = len(session.trials)
-    differences = [Difference(file.name, text) for text in found]
-    differences += [Difference(cache.name, text) for text in cached]
+    differences = [FileDifference(file.name, text) for text in found]
+    differences += [FileDifference(cache.name, text) for text in cached]
     files, unknown = {}, _atlas(run)
     if again:
         files[file.name] = "except for deleted last trials"
@@ -152,14 +152,14 @@ def verify_report(
         raise RunError(f"there is no report {folder / FILE}")
     number, finished = len(report.cases), (folder / SUMMARY).exists()
     chosen: list[int] = []
-    found = [Difference(FILE, OTHER_ATLAS)]
+    found = [FileDifference(FILE, OTHER_ATLAS)]
     if report.atlas == atlas_checksum(members):
         count = number if everything else min(SAMPLES, number)
         chosen = sorted(secrets.SystemRandom().sample(range(number), count))
         begin(len(members.scores) + len(report.intact) + count)
         prior = read_prior(run, report.measure, cached=False, workers=workers, on_progress=advance)
         wrong = _wrong_cases(run, prior, report, chosen, workers, advance)
-        found = [Difference(FILE, text) for text in wrong]
+        found = [FileDifference(FILE, text) for text in wrong]
         if finished and not found:
             found += _wrong_files(folder, prior, report)
     rest = number - len(chosen)
@@ -232,7 +232,7 @@ def _wrong_cases(
     return found
 
 
-def _wrong_files(folder: Path, prior: Prior, report: AdaptationReport) -> list[Difference]:
+def _wrong_files(folder: Path, prior: Prior, report: AdaptationReport) -> list[FileDifference]:
     """Return the tables of a finished report that do not follow from it."""
     text, table = _read(folder / SUMMARY), _read(folder / TRIALS)
     name = text.partition("\n")[0].removeprefix("# ").removesuffix(": adaptation to damage")
@@ -247,7 +247,9 @@ def _wrong_files(folder: Path, prior: Prior, report: AdaptationReport) -> list[D
             if right == there:
                 return []
             found = [file for file in right if right[file] != there[file]]
-    return [Difference(file, f"does not follow from {FILE}") for file in found or [SUMMARY, TRIALS]]
+    return [
+        FileDifference(file, f"does not follow from {FILE}") for file in found or [SUMMARY, TRIALS]
+    ]
 
 
 def _read(file: Path) -> str:

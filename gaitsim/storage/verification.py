@@ -15,13 +15,10 @@ from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import (
     Generation,
-    SearchProgress,
-    advance,
     evolve,
     island_map,
     reevaluate,
 )
-from gaitsim.evolution.searching import figures, finished
 from gaitsim.experiment import Experiment, read_outline
 from gaitsim.opening import is_folder, read_regular
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -70,7 +67,7 @@ BATCH = 256
 LIMITS = {"target_score": None, "max_evaluations": None, "stagnation": None}
 
 
-class Difference(NamedTuple):
+class FileDifference(NamedTuple):
     """A difference between a file and what it should contain.
 
     Attributes:
@@ -129,7 +126,7 @@ class Verdict(ReprMixin):
     total: int
     again: tuple[int, ...]
     complete: bool
-    differences: tuple[Difference, ...]
+    differences: tuple[FileDifference, ...]
     files: tuple[FileResult, ...]
     notes: tuple[str, ...] = ()
     origins: tuple[Provenance, ...] = ()
@@ -153,7 +150,7 @@ class Verdict(ReprMixin):
 
 
 def file_results(
-    found: Sequence[Difference], files: Mapping[str, str], unknown: Mapping[str, str]
+    found: Sequence[FileDifference], files: Mapping[str, str], unknown: Mapping[str, str]
 ) -> tuple[FileResult, ...]:
     """Return the result for each file: of those with a difference, 'differs'.
 
@@ -260,7 +257,7 @@ def _notes(run: RunSnapshot, *, everything: bool) -> tuple[str, ...]:
 
 
 def _results(
-    run: RunSnapshot, found: Sequence[Difference], complete: bool
+    run: RunSnapshot, found: Sequence[FileDifference], complete: bool
 ) -> tuple[FileResult, ...]:
     """Return the result for each file of a run."""
     islands = [ISLANDS] if run.islands.shape[1] > 1 else []
@@ -268,12 +265,12 @@ def _results(
     kept = [f"{POPULATIONS}/"] if run.kept_populations else []
     evolved = dict.fromkeys([HISTORY, *islands, CHECKSUMS, *previous, CHECKPOINT, *kept], "")
     evolved[HISTORY] = "except for seconds"
+    evolved[f"{CHAMPIONS}/"] = "as the threshold demands"
     if run.start is not None:
         evolved[START] = "generation 1 evolved from it"
     files = {
         EXPERIMENT: "except for name, description and limits",
         BESTS: "" if complete else "scores and terms",
-        f"{CHAMPIONS}/": "as the threshold demands",
         SAVES: f"agrees with {CHECKPOINT}",
     }
     unknown = {PROVENANCE: "what it states of the past"}
@@ -315,159 +312,95 @@ def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
     return [part for part, found in parts.items() if record[part].tobytes() != found]
 
 
-def _file_differences(run: RunSnapshot) -> Iterator[Difference]:
+def _file_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     """Yield the differences that follow from the files alone."""
     for text in run.damaged:
         named = [name for name in (CHECKPOINT, PREVIOUS) if name in text]
-        yield Difference(min(named, key=text.index, default=CHECKPOINT), text)
+        yield FileDifference(min(named, key=text.index, default=CHECKPOINT), text)
     for change in run.pending:
         now, then = ("not set" if one is None else brief(one) for one in (change.now, change.then))
-        yield Difference(
+        yield FileDifference(
             EXPERIMENT,
             f"{change.key} is {now} in the file, {then} in the run: resuming would apply the "
             f"file's options, starting with generation {run.generation + 1}",
         )
-    progress = [*_expected_progress(run)]
     yield from _row_differences(run)
     if not is_locked(run.path) and not run.warning:
         yield from _end_differences(run)
-    yield from _checkpoint_differences(run, run.finished, CHECKPOINT, progress)
+    yield from _checkpoint_differences(run, run.finished, CHECKPOINT)
     if run.previous is not None:
-        yield from _checkpoint_differences(run, run.previous, PREVIOUS, progress)
-    yield from _progress_differences(run, progress)
-    yield from _kept_differences(run, progress)
+        yield from _checkpoint_differences(run, run.previous, PREVIOUS)
+    yield from _kept_differences(run)
 
 
-class _Progress(NamedTuple):
-    """The progress after a generation.
-
-    Attributes:
-        search: progress of the search.
-        is_champion: whether the best individual of the generation is a champion.
-        rescored: whether the scores are not comparable with those before, so that a search may
-            have re-evaluated the individuals it remembers.
-    """
-
-    search: SearchProgress
-    is_champion: bool
-    rescored: bool
-
-
-def _expected_progress(run: RunSnapshot) -> Iterator[_Progress]:
-    """Yield the progress that follows from best scores and options, for each generation.
-
-    Only the number of evaluations is taken from the history, as a search may re-evaluate the
-    individuals it remembers, and `finished` is '', as it depends on the state of the search.
-    """
-    population = len(run.finished.genomes)
-    evaluations = run.history["evaluations"].astype(np.int64).tolist()
-    scores = run.bests["score"].tolist()
-    progress = SearchProgress(0, -np.inf, -1, run.stages[0].outline.evolution.fitness_threshold)
-    for stage in run.stages:
-        evolution, worlds = stage.outline.evolution, stage.outline.worlds
-        if stage.changes:
-            progress = begin_stage(progress, evolution, stage.changes, population)
-        redrawn = {*worlds.redraws(stage.first, stage.last)}
-        for number in range(stage.first, stage.last + 1):
-            if number in redrawn:
-                progress = progress.reset_scores(evolution.fitness_threshold, 0)
-            progress, is_champion = advance(progress, scores[number - 1], 0, evolution)
-            progress = replace(progress, evaluations=evaluations[number - 1])
-            rescored = number in redrawn or (number == stage.first and stage.reevaluated)
-            yield _Progress(progress, is_champion, rescored)
-
-
-def _row_differences(run: RunSnapshot) -> Iterator[Difference]:
+def _row_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     """Compare history, bests and islands with each other and with their checksums."""
     for at, score in enumerate(run.bests["score"].tolist()):
         number = at + 1
         found, stage = row_of(run, number), run.stage_at(number).number
         if found["best"] != score:
-            yield Difference(HISTORY, f"best is {found['best']!r}, {score!r} in {BESTS}", number)
+            yield FileDifference(
+                HISTORY, f"best is {found['best']!r}, {score!r} in {BESTS}", number
+            )
         if run.islands.shape[1] > 1 and (islands := float(run.islands[at].max())) != score:
-            yield Difference(ISLANDS, f"best is {islands!r}, {score!r} in {BESTS}", number)
+            yield FileDifference(ISLANDS, f"best is {islands!r}, {score!r} in {BESTS}", number)
         if found["stage"] != stage:
             text = f"stage is {found['stage']:g}, {stage} in {CHECKPOINT}"
-            yield Difference(HISTORY, text, number)
+            yield FileDifference(HISTORY, text, number)
         if number > len(run.checksums):
-            yield Difference(CHECKSUMS, "the checksum is missing", number)
+            yield FileDifference(CHECKSUMS, "the checksum is missing", number)
         elif run.checksums[at]["chain"].tobytes() != expected_chain(run, number):
             text = f"does not fit the row or record of {HISTORY}, {BESTS} or {ISLANDS}"
-            yield Difference(CHECKSUMS, text, number)
+            yield FileDifference(CHECKSUMS, text, number)
 
 
-def _end_differences(run: RunSnapshot) -> Iterator[Difference]:
+def _end_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     """Tell records and checkpoints that were put there from those that a killed process left.
 
     A process that is killed while it saves leaves records of one save after the checkpoint.
     """
     last, saves = run.generation, run.saves
     if len(saves) and (np.diff(saves, prepend=0) <= 0).any():
-        yield Difference(SAVES, "its generations do not increase", last)
+        yield FileDifference(SAVES, "its generations do not increase", last)
     elif last not in saves:
-        yield Difference(SAVES, f"lacks generation {last}, although {CHECKPOINT} is of it", last)
+        yield FileDifference(
+            SAVES, f"lacks generation {last}, although {CHECKPOINT} is of it", last
+        )
     elif (saves > last).sum() > 1:
         text = f"of generation {last}, but {saves[-2]} was saved later: an older one was put there"
-        yield Difference(CHECKPOINT, text, last)
+        yield FileDifference(CHECKPOINT, text, last)
     unfinished = max(int(saves[-1]) - last, 0) if len(saves) else 0
-    for name, count, size in (
-        (BESTS, last, run.bests.dtype.itemsize),
-        (CHECKSUMS, last, RECORD.itemsize),
-        (SAVES, len(saves), SAVE.itemsize),
-    ):
-        with suppress(OSError):
-            left = os.stat(run.path / name).st_size - count * size  # noqa: PTH116
-            if left > (0 if name == SAVES else unfinished * size):
-                yield Difference(name, f"{left:,} bytes at its end belong to no generation", last)
+    record = run.bests.dtype.itemsize
+    most = {SAVES: len(saves) * SAVE.itemsize, BESTS: (last + unfinished) * record}
+    most[CHECKSUMS] = (last + unfinished) * RECORD.itemsize
     for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
         ends = line_ends(run.path / name, last + unfinished)
-        left = os.stat(run.path / name).st_size - ends[-1]  # noqa: PTH116
-        if left and len(ends) > last + unfinished:
-            yield Difference(name, f"{left:,} bytes at its end belong to no generation", last)
+        if len(ends) > last + unfinished:  # otherwise, the last row is not finished
+            most[name] = ends[-1]
+    for name, size in most.items():
+        with suppress(OSError):
+            left = os.stat(run.path / name).st_size - size  # noqa: PTH116
+            if left > 0:
+                text = f"{left:,} bytes at its end belong to no generation"
+                yield FileDifference(name, text, last)
 
 
 def _checkpoint_differences(
-    run: RunSnapshot, checkpoint: Checkpoint, name: str, progress: Sequence[_Progress]
-) -> Iterator[Difference]:
-    """Compare a checkpoint with its checksums, its row, its record and the progress."""
-    generation = restore_generation(checkpoint)
-    number, experiment = generation.number, run.experiment_at(checkpoint.generation)
-    for part in wrong_checksums(run, generation):
-        yield Difference(name, f"the {part} do not match {CHECKSUMS}", number)
-    expected = replace(progress[number - 1].search, finished=finished(experiment, generation.state))
-    for part, value in vars(expected).items():
-        if (there := getattr(generation.progress, part)) != value:
-            yield Difference(name, f"{part.replace('_', ' ')} is {there!r}, not {value!r}", number)
+    run: RunSnapshot, checkpoint: Checkpoint, name: str
+) -> Iterator[FileDifference]:
+    """Compare a checkpoint with its checksums and the bounds of its genes."""
+    number = checkpoint.generation
+    for part in wrong_checksums(run, restore_generation(checkpoint)):
+        yield FileDifference(name, f"the {part} do not match {CHECKSUMS}", number)
     for stage, ours in zip(checkpoint.stages, run.finished.stages, strict=False):
         if stage != ours:
             text = f"the stage that ends with generation {stage.generation} differs"
-            yield Difference(name, text, number)
-    if outside := out_of_bounds(experiment, checkpoint.genomes, "the population"):
-        yield Difference(name, outside, number)
-        return
-    diversity = float(experiment.space().diversity(generation.genomes))
-    reported = figures(experiment, generation.state)
-    generation = replace(generation, diversity=diversity, figures=reported)
-    for one in _record_differences(run, generation):
-        yield Difference(name, f"does not fit {one.file}: {one.what}", number)
+            yield FileDifference(name, text, number)
+    if outside := out_of_bounds(run.experiment_at(number), checkpoint.genomes, "the population"):
+        yield FileDifference(name, outside, number)
 
 
-def _progress_differences(run: RunSnapshot, progress: Sequence[_Progress]) -> Iterator[Difference]:
-    """Compare the number of evaluations and the names of champions with the expected ones."""
-    population, before = len(run.finished.genomes), 0
-    for number, found in enumerate(progress, start=1):
-        evaluated, before = found.search.evaluations - before, found.search.evaluations
-        if evaluated < population or (evaluated > population and not found.rescored):
-            text = f"{evaluated} evaluations, but {population} individuals"
-            yield Difference(HISTORY, text, number)
-    champions = {number for number, found in enumerate(progress, start=1) if found.is_champion}
-    there = {*kept_generations(run.path, CHAMPIONS, run.generation)}
-    for number in sorted(champions ^ there):
-        what = "did not beat the threshold" if number in there else "missing"
-        yield Difference(kept_file(CHAMPIONS, number), what, number)
-
-
-def _kept_differences(run: RunSnapshot, progress: Sequence[_Progress]) -> Iterator[Difference]:
+def _kept_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     """Compare the kept champions and populations with the other files."""
     for subfolder, read in KEPT.items():
         for number in kept_generations(run.path, subfolder, run.generation):
@@ -475,45 +408,45 @@ def _kept_differences(run: RunSnapshot, progress: Sequence[_Progress]) -> Iterat
             try:
                 kept = read(run.path / name)
             except CheckpointError as error:
-                yield Difference(name, error.what, number)
+                yield FileDifference(name, error.what, number)
                 continue
             if kept.generation != number:
-                yield Difference(name, f"of generation {kept.generation}", number)
+                yield FileDifference(name, f"of generation {kept.generation}", number)
                 continue
             outline = read_outline(kept.experiment, name)
             for change in changes(run.stage_at(number).outline, outline):
-                yield Difference(name, f"its experiment differs: {change}", number)
+                yield FileDifference(name, f"its experiment differs: {change}", number)
             if not isinstance(kept, Champion):
-                yield from _checkpoint_differences(run, kept, name, progress)
+                yield from _checkpoint_differences(run, kept, name)
                 continue
             best = run.bests[number - 1]
             if not np.array_equal(kept.genome, best["genome"]) or kept.score != best["score"]:
-                yield Difference(name, f"its genome or score is not that in {BESTS}", number)
+                yield FileDifference(name, f"its genome or score is not that in {BESTS}", number)
             if kept.terms != best_terms(run.history, number):
-                yield Difference(name, f"its terms are not those in {HISTORY}", number)
+                yield FileDifference(name, f"its terms are not those in {HISTORY}", number)
 
 
-def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[Difference]:
+def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[FileDifference]:
     """Yield how the row and the best record of a generation differ from the recorded ones."""
     number = generation.number
     then, now = row_of(run, number), row(generation)
     for name in {**then, **now}:
         one, other = then.get(name, np.nan), float(now.get(name, np.nan))
         if name != "seconds" and not np.array_equal(one, other, equal_nan=True):
-            yield Difference(HISTORY, f"{name} is {one!r}, but {other!r} when computed", number)
+            yield FileDifference(HISTORY, f"{name} is {one!r}, but {other!r} when computed", number)
     best, genome = run.bests[number - 1], generation.genomes[generation.best]
     score = float(generation.scores[generation.best])
     if best["score"] != score:
         text = f"the score is {float(best['score'])!r}, but {score!r} when computed"
-        yield Difference(BESTS, text, number)
+        yield FileDifference(BESTS, text, number)
     for at in np.flatnonzero(best["genome"] != genome)[:1]:
         one, other = best["genome"][at].item(), genome[at].item()
         text = f"gene {at + 1} is {one!r}, but {other!r} when computed"
-        yield Difference(BESTS, text, number)
+        yield FileDifference(BESTS, text, number)
     if run.islands.shape[1] > 1:
         islands = island_bests(generation, run.islands.shape[1])
         for at in np.flatnonzero(run.islands[number - 1] != islands)[:1]:
-            yield Difference(ISLANDS, f"the best score of island {at + 1} differs", number)
+            yield FileDifference(ISLANDS, f"the best score of island {at + 1} differs", number)
 
 
 # Evolving and evaluating again
@@ -546,7 +479,7 @@ def evolve_again(
                 last = again
 
 
-def _generation_differences(run: RunSnapshot, again: Generation) -> list[Difference]:
+def _generation_differences(run: RunSnapshot, again: Generation) -> list[FileDifference]:
     """Return how a generation that was evolved again differs from the record.
 
     Genomes, scores and terms of checkpoints are compared with their checksums, and champions with
@@ -554,25 +487,36 @@ def _generation_differences(run: RunSnapshot, again: Generation) -> list[Differe
     """
     number = again.number
     found = [
-        Difference(CHECKSUMS, f"the {part} differ when evolved again", number)
+        FileDifference(CHECKSUMS, f"the {part} differ when evolved again", number)
         for part in wrong_checksums(run, again)
     ]
     found += _record_differences(run, again)
+    champion = kept_file(CHAMPIONS, number)
+    if again.is_champion != os.path.lexists(run.path / champion):
+        what = "is missing" if again.is_champion else "did not beat the threshold"
+        found.append(FileDifference(champion, what, number))
     stored: dict[str, Checkpoint | None] = {CHECKPOINT: run.finished, PREVIOUS: run.previous}
     if number in run.kept_populations:
         with suppress(GaitsimError):  # reported already
             stored[kept_file(POPULATIONS, number)] = run.population(number)
     for name, one in stored.items():
         if one is not None and one.generation == number:
-            for part, then, now in (
-                ("value", one.values, again.evaluation.values),
-                ("search's", one.state, again.state),
+            then = restore_generation(one)
+            wrong = _different_arrays(then.evaluation.values, again.evaluation.values)
+            wrong += _different_arrays(then.state, again.state)
+            progress = vars(again.progress)
+            wrong += [
+                part for part, value in vars(then.progress).items() if value != progress[part]
+            ]
+            if any(
+                again.evaluation.reasons.get(at) != why
+                for at, why in then.evaluation.reasons.items()
             ):
-                wrong = _different_arrays(then, now)
-                found += [Difference(name, f"the {part} {key} differs", number) for key in wrong]
-            reasons = again.evaluation.reasons
-            if any(reasons.get(int(at)) != reason for at, reason in one.reasons.items()):
-                found.append(Difference(name, "a reason of failure differs", number))
+                wrong.append("reason of failure")
+            found += [
+                FileDifference(name, f"its {part.replace('_', ' ')} differs", number)
+                for part in wrong
+            ]
     return found
 
 
@@ -592,14 +536,14 @@ def _different_arrays(
 
 def _best_differences(
     run: RunSnapshot, numbers: Sequence[int], evaluator: Evaluator
-) -> Iterator[Difference]:
+) -> Iterator[FileDifference]:
     """Evaluate the best individuals of generations with the same worlds."""
     genomes = {}
     for number in numbers:
         try:
             genomes[number] = run.best_genome(number)
         except RunError as error:
-            yield Difference(BESTS, error.what, number)
+            yield FileDifference(BESTS, error.what, number)
     if not genomes:
         return
     again = evaluator.evaluate(np.stack([*genomes.values()]), numbers[0])
@@ -609,10 +553,10 @@ def _best_differences(
         for name, value in {**now, "score": float(again.scores[at])}.items():
             if not np.isnan(value) and then.get(name) != value:
                 text = f"the {name} is {then.get(name)!r}, but {value!r} when evaluated again"
-                yield Difference(BESTS, text, number)
+                yield FileDifference(BESTS, text, number)
 
 
-def _population_differences(run: RunSnapshot, evaluator: Evaluator) -> Iterator[Difference]:
+def _population_differences(run: RunSnapshot, evaluator: Evaluator) -> Iterator[FileDifference]:
     """Evaluate the last population, and the members of a front or archive."""
     last, number = run.finished, run.generation
     if not out_of_bounds(run.experiment_at(number), last.genomes, "the population"):
@@ -620,11 +564,11 @@ def _population_differences(run: RunSnapshot, evaluator: Evaluator) -> Iterator[
         for at in np.flatnonzero(last.scores != again.scores)[:1]:
             then, now = float(last.scores[at]), float(again.scores[at])
             text = f"the score of individual {at} is {then!r}, but {now!r} when evaluated again"
-            yield Difference(CHECKPOINT, text, number)
+            yield FileDifference(CHECKPOINT, text, number)
         for name in _different_arrays(
             {**last.terms, **last.values}, {**again.terms, **again.values}
         ):
-            yield Difference(CHECKPOINT, f"the term or value {name} differs", number)
+            yield FileDifference(CHECKPOINT, f"the term or value {name} differs", number)
     members = run.members
     if members is not None and len(members.scores):
         again = evaluator.evaluate(members.genomes, number)
@@ -632,7 +576,7 @@ def _population_differences(run: RunSnapshot, evaluator: Evaluator) -> Iterator[
         recorded = {**members.values, "score": members.scores}
         common = {name: values for name, values in recorded.items() if name in computed}
         for name in _different_arrays(common, {name: computed[name] for name in common}):
-            yield Difference(CHECKPOINT, f"the {name} of the members differs", number)
+            yield FileDifference(CHECKPOINT, f"the {name} of the members differs", number)
 
 
 def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Generation]:
@@ -669,7 +613,7 @@ def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Genera
             yield generation
 
 
-def compare_folders(here: Path, there: Path) -> list[Difference]:
+def compare_folders(here: Path, there: Path) -> list[FileDifference]:
     """Compare the files in a folder that was computed again with those of the original.
 
     Args:
@@ -681,7 +625,7 @@ def compare_folders(here: Path, there: Path) -> list[Difference]:
         name, data = file.relative_to(there).as_posix(), file.read_bytes()
         try:
             if read_regular(here / name, len(data)) != data:
-                found.append(Difference(name, "differs when computed again"))
+                found.append(FileDifference(name, "differs when computed again"))
         except OSError as error:
-            found.append(Difference(name, f"cannot be compared: {error.strerror}"))
+            found.append(FileDifference(name, f"cannot be compared: {error.strerror}"))
     return found

@@ -26,7 +26,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Experiment
 from gaitsim.opening import is_folder, read_regular
 from gaitsim.storage.files.folder import check_links
-from gaitsim.storage.verification import Difference, Verdict, compare_folders, file_results
+from gaitsim.storage.verification import FileDifference, Verdict, compare_folders, file_results
 from gaitsim.study.comparison import (
     Sample,
     analyse,
@@ -107,7 +107,7 @@ def verify_study(
         for _cell in run_cells(there, study, again, workers):
             advance(1)
         found = [
-            Difference(f"{CELLS}/", f"cell {cell.index} is missing or damaged")
+            FileDifference(f"{CELLS}/", f"cell {cell.index} is missing or damaged")
             for cell in every
             if finished and here[cell.index] is None
         ]
@@ -221,7 +221,7 @@ def verify_comparison(
                 parts, place, sample.experiment, best, workers=workers, on_generation=advance
             )
             wrong = np.flatnonzero((best != sample.best).any(axis=1))
-            found += [Difference(TABLE, f"repeat {at + 1} of {label} differs") for at in wrong]
+            found += [FileDifference(TABLE, f"repeat {at + 1} of {label} differs") for at in wrong]
         findings = analyse(samples, budget, request.targets)
         for name, text in experiment_texts(shortened).items():
             (there / name).write_text(text)
@@ -230,10 +230,10 @@ def verify_comparison(
         (there / REPORT).write_text(report(findings, request.command, figures))
         found += compare_folders(folder, there)
     # Figures are listed in the report, which links to them.
-    found += [Difference(one.name, "is missing") for one in figures if not os.path.lexists(one)]
+    found += [FileDifference(one.name, "is missing") for one in figures if not os.path.lexists(one)]
     again = json.loads(to_json(to_dict(findings), inf_nan_mode="null"))
     if json.loads(values) != {**again, "command": request.command}:
-        found.append(Difference(VALUES, "differs when computed again"))
+        found.append(FileDifference(VALUES, "differs when computed again"))
     rest = repeats - len(chosen)
     table = {TABLE: f"{len(chosen)} of {repeats} repeats of each experiment evolved again"}
     compared = dict.fromkeys(experiment_texts(shortened), "")

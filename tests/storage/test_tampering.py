@@ -174,10 +174,8 @@ def with_field(path, name, field):
     (path / name).write_bytes(pack(replace(there, **{field: value})))
 
 
-FIELDS = (
-    "generation", "evaluations", "genomes", "scores", "terms", "stagnation", "best_score",
-    "threshold", "finished", "experiment",
-)  # fmt: skip
+FIELDS = ("generation", "genomes", "scores", "terms", "experiment")
+PROGRESS = ("evaluations", "stagnation", "best_score", "threshold", "finished")
 FILES_REVEAL = {
     "the checkpoint rolled back": lambda path: rolled_back(path, CHECKPOINT),
     "both checkpoints rolled back": lambda path: rolled_back(path, CHECKPOINT, PREVIOUS),
@@ -192,9 +190,6 @@ FILES_REVEAL = {
     "a row after the last": lambda path: lengthened(path, "history.csv", row_of_history(path)),
     "saves deleted": lambda path: (path / "saves.bin").unlink(),
     "saves set to zero": partial(zeroed, name="saves.bin"),
-    "champions deleted": without_champions,
-    "a champion deleted": lambda path: champions(path)[0].unlink(),
-    "a champion added": with_another_champion,
     "a champion's experiment": partial(with_champion, experiment=""),
     "a champion's score": partial(with_champion, score=99.0),
     "a champion's generation": partial(with_champion, generation=LAST + 1),
@@ -277,6 +272,9 @@ def with_other_population(path):
 
 
 FORGERIES = {
+    "champions deleted": without_champions,
+    "a champion deleted": lambda path: champions(path)[0].unlink(),
+    "a champion added": with_another_champion,
     "a mean": with_other_mean,
     "the genome of a best": with_other_best,
     "two generations swapped": with_swapped_generations,
@@ -285,6 +283,11 @@ FORGERIES = {
     "the values in a checkpoint": partial(with_field, name=CHECKPOINT, field="values"),
     "the start": with_other_start,
     "a kept population": with_other_population,
+    **{
+        f"{field} in {name}": partial(with_field, name=name, field=field)
+        for name in (CHECKPOINT, PREVIOUS)
+        for field in PROGRESS
+    },
 }
 
 

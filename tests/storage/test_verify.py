@@ -192,7 +192,7 @@ def test_a_missing_checkpoint_is_a_difference_unless_it_is_the_previous_one(run)
 def test_the_threshold_of_a_copy_is_not_below_the_option(run, threshold):
     (run.path / "population.previous.pickle").unlink()
     forge_checkpoint(run, threshold=threshold)
-    assert generations(verify(run)) == [LAST]
+    assert generations(verify(run, everything=True)) == [LAST]
 
 
 @pytest.mark.parametrize("generation", [1, LAST])
