@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import gaitsim as gs
-from gaitsim.adaptation.adaptation import read_session, session_file, trials_of
+from gaitsim.adaptation.adaptation import adaptation_file, read_record
 from gaitsim.adaptation.answers import Reading
 from gaitsim.adaptation.trials import propose
 from gaitsim_wire.trials import Played
@@ -68,9 +68,8 @@ def test_results_are_corrected_repeated_and_undone(robot, atlas):
     (first,) = objects(robot("--stop", 2, "--json"))
     robot("--measured", "50cm")
     robot("--measured", "fell 0.1")
-    session = read_session(session_file(atlas, "mine"))
-    assert [one.text for one in session.said] == ["50cm", "fell 0.1"]
-    assert [trial.outcome for trial in session.trials] == ["walked", "fell"]
+    trials = read_record(adaptation_file(atlas, "mine")).trials
+    assert [(one.values, one.outcome) for one in trials] == [((0.5,), "walked"), ((0.1,), "fell")]
     corrected, following = objects(robot("--correct", 1, "0.7", "--json"))
     assert (corrected["trial"], corrected["member"], corrected["measured"]) == (
         1,
@@ -84,34 +83,27 @@ def test_results_are_corrected_repeated_and_undone(robot, atlas):
         0.5,
         2,
     )
-    undone, _ = objects(robot("--undo", "--json"))
-    assert undone["undone"] == "repeat"
-    undone, again = objects(robot("--undo", "--json"))
-    assert (undone["undone"], undone["trial"], again["proposal"]) == ("correction", 1, 3)
-    said = read_session(session_file(atlas, "mine")).said
-    assert said == session.said
-    shown = robot().stdout
-    assert "fell, measured 0.100 m" in shown
+    assert "fell, measured 0.100 m" in robot().stdout
     assert "there is no trial 9" in robot("--correct", 9, 1, code=2).stderr
     assert "--measured and --undo" in robot("--measured", 1, "--undo", code=2).stderr
-    for _ in said:
-        robot("--undo")
+    undone, again = objects(robot("--undo", "--json"))
+    assert (undone["undone"], undone["measured"], again["proposal"]) == (2, 0.1, 2)
+    assert "removed trial 1, measured mean of 2 0.600 m" in robot("--undo").stdout
+    assert read_record(adaptation_file(atlas, "mine")).trials == ()
     assert "no result to undo" in robot("--undo", code=2).stderr
 
 
-def test_every_proposal_follows_from_what_was_said_before_it(robot, atlas):
+def test_every_proposal_follows_from_earlier_trials(robot, atlas):
     robot("--stop", 2, "--damage", "B lost", "--robot", "--refine", 2, "--trials", 3)
-    for change in (["--measured", 0.5], ["--measured", "fell"], ["--correct", 1, 0.9]):
+    for change in (["--measured", 0.5], ["--correct", 1, 0.9], ["--measured", "fell"]):
         robot(*change)
     for value in (0.6, 0.7, 1.1):
         robot("--measured", value)
     adaptation = gs.load(atlas).adapt(robot=True, name="mine")
-    session = adaptation.session
-    assert session.damage == ("B lost",)
-    for at, one in enumerate(session.said):
-        if one.kind == "trial":
-            before = trials_of(session.said[:at])
-            assert propose(adaptation.prior, before, session.settings) == one.proposal
+    assert adaptation.damage == ("B lost",)
+    for at, trial in enumerate(adaptation.trials):
+        found = propose(adaptation.prior, adaptation.trials[:at], adaptation.settings)
+        assert vars(found).items() <= vars(trial).items()
     assert [bool(trial.genome) for trial in adaptation.trials] == [False] * 3 + [True] * 2
     # The best gait is measured twice more, and the lowest value counts.
     assert adaptation.best.number == 5
@@ -134,7 +126,7 @@ def test_an_implausible_result_is_questioned(robot, gaitsim, atlas, monkeypatch)
     asked = robot("--interactive")
     assert asked.stdout.count("Is that right?") == 2
     assert "there is no trial 1" in asked.stderr
-    (one,) = read_session(session_file(atlas, "mine")).said
+    (one,) = read_record(adaptation_file(atlas, "mine")).trials
     assert one.values == (62.0,)
     # The format of the first call is remembered.
     assert [file.suffix for file in sorted((atlas / "exports").iterdir())] == [".csv", ".csv"]
@@ -142,10 +134,9 @@ def test_an_implausible_result_is_questioned(robot, gaitsim, atlas, monkeypatch)
 
 def test_a_file_of_an_older_version_is_refused(robot, atlas):
     robot()
-    path = session_file(atlas, "mine")
+    path = adaptation_file(atlas, "mine")
     stored = json.loads(path.read_text())
-    del stored["format"]
-    stored["trials"] = stored.pop("said")
+    stored |= {"format": 2, "said": stored.pop("trials")}
     path.write_text(json.dumps(stored))
     assert "older version" in robot(code=2).stderr
     robot("--fresh")
@@ -163,7 +154,7 @@ def test_the_scale_of_a_robot_is_learned_or_given(atlas, scale):
     assert len([*run.adapt(robot=weak, scale=scale)]) == 1
     assert len([*run.adapt(robot=weak, name="whole", trials=3)]) == 3
     given = run.adapt(robot=weak, scale="whole")
-    assert given.session.settings.scale == pytest.approx(scale)
+    assert given.settings.scale == pytest.approx(scale)
     with pytest.raises(gs.GaitsimError, match="intact robot"):
         run.adapt(robot=weak, scale="none")
 
