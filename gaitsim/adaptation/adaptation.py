@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
-from gaitsim.adaptation.answers import Answer, Reading
+from gaitsim.adaptation.answers import Answer, AnswerReader
 from gaitsim.adaptation.champion import Reference, find_reference
 from gaitsim.adaptation.changes import genes_of
 from gaitsim.adaptation.prior import (
@@ -346,13 +346,13 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         return f"{text}, {value / whole:.0%} of the champion's {whole:.3g}{unit}"
 
     @cached_property
-    def reading(self) -> Reading:
+    def reading(self) -> AnswerReader:
         """The meaning of numbers that a user types."""
         course, seconds = self._record.course, math.nan
         if course is not None:
             skeleton = self.prior.individual(1).skeleton
             seconds = len(skeleton.path) / skeleton.frame_rate
-        return Reading(self.prior.unit, self._record.unit, course, seconds)
+        return AnswerReader(self.prior.unit, self._record.unit, course, seconds)
 
     def individual(self, proposal: Proposal) -> Individual:
         """Return the gait of a proposal or trial, on the intact body."""

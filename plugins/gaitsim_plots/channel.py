@@ -8,12 +8,13 @@ import numpy as np
 
 from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import Signal, read_signal
 from gaitsim.render.plots.components import (
     Line,
+    Signal,
     finite_or_nan,
     limit_constant,
     lines_of,
+    read_signal,
     shown_unit,
 )
 from gaitsim.render.plots.data import window_slice

@@ -12,8 +12,7 @@ from gaitsim.gait.feet import Floats
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
 from gaitsim.render.colours import MIDDLE, sides
-from gaitsim.render.plots.channels import Signal, read_signal
-from gaitsim.render.plots.components import finite_or_nan, shown_unit
+from gaitsim.render.plots.components import Signal, finite_or_nan, read_signal, shown_unit
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading, heading_of, shorten
 from gaitsim.render.plots.panels import grid, intervals, limit_time, shade_spans

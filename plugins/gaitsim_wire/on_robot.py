@@ -14,7 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim_wire.wire import WireOptions
 
 if TYPE_CHECKING:
-    from gaitsim.adaptation.answers import Reading
+    from gaitsim.adaptation.answers import AnswerReader
     from gaitsim.adaptation.trials import Proposal
     from gaitsim.individual import Individual
     from gaitsim_wire.trials import Played, RobotSearch, Trial
@@ -114,14 +114,14 @@ class EvolveRobot(ChosenIndividual, WireOptions):
 
     def do(self) -> None:
         """Propose gaits, play them, and ask for their results."""
-        from gaitsim.adaptation.answers import Reading
+        from gaitsim.adaptation.answers import AnswerReader
         from gaitsim.console import INTERRUPTED
         from gaitsim.console.codes import read_individual
         from gaitsim.console.interrupts import interruptible
         from gaitsim.console.printing import echo, notice
 
         self.check_wire()
-        reading = Reading("m", self.unit)
+        reading = AnswerReader("m", self.unit)
         individual = read_individual(self.run, self.choice)
         folder = self.out or Path(f"{individual.experiment.name}-robot")
         search = self._search(folder, individual)
@@ -173,7 +173,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
             raise RunError(f"cannot create {folder}: {error.strerror}", where="--out") from None
         return RobotSearch(folder / FILE, log)
 
-    def _try_next(self, search: RobotSearch, reading: Reading) -> bool:
+    def _try_next(self, search: RobotSearch, reading: AnswerReader) -> bool:
         """Play the next gait and record its result; return False if the user quits."""
         from gaitsim.console.printing import echo, notice
 

@@ -8,11 +8,11 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.adaptation.adaptation import adaptation_file, read_record
-from gaitsim.adaptation.answers import Reading
+from gaitsim.adaptation.answers import AnswerReader
 from gaitsim.adaptation.trials import propose
 from gaitsim_wire.trials import Played
 
-METRES = Reading("m")
+METRES = AnswerReader("m")
 
 
 @pytest.mark.parametrize(
@@ -22,18 +22,18 @@ METRES = Reading("m")
         ("1,2", METRES, (1.2,), "walked"),
         (" 62cm ", METRES, (0.62,), "walked"),
         ("62 cm 0.6 m; 58cm", METRES, (0.62, 0.6, 0.58), "walked"),
-        ("62", Reading("m", "cm"), (0.62,), "walked"),
+        ("62", AnswerReader("m", "cm"), (0.62,), "walked"),
         ("-1e-1", METRES, (-0.1,), "walked"),
         ("2 ft", METRES, (0.6096,), "walked"),
         ("fell", METRES, (0.0,), "fell"),
         ("Fell 30cm", METRES, (0.3,), "fell"),
         ("0.3 fell", METRES, (0.3,), "fell"),
         ("could not play", METRES, (0.0,), "could not play"),
-        ("5", Reading("m", "", 2.0, 10.0), (4.0,), "walked"),
-        ("0.5min", Reading("m", "", 3.0, 10.0), (1.0,), "walked"),
-        ("fell 0.4", Reading("m", "s", 2.0, 10.0), (0.4,), "fell"),
-        ("90", Reading("°", "deg"), (90.0,), "walked"),
-        ("3", Reading(""), (3.0,), "walked"),
+        ("5", AnswerReader("m", "", 2.0, 10.0), (4.0,), "walked"),
+        ("0.5min", AnswerReader("m", "", 3.0, 10.0), (1.0,), "walked"),
+        ("fell 0.4", AnswerReader("m", "s", 2.0, 10.0), (0.4,), "fell"),
+        ("90", AnswerReader("°", "deg"), (90.0,), "walked"),
+        ("3", AnswerReader(""), (3.0,), "walked"),
     ],
 )
 def test_what_people_type_is_understood(text, reading, values, outcome):
@@ -49,9 +49,9 @@ def test_what_is_not_understood_is_refused(text):
     with pytest.raises(gs.GaitsimError, match=r"invalid|unknown unit"):
         METRES.read(text)
     with pytest.raises(gs.GaitsimError, match="unknown unit"):
-        Reading("m", "kg")
+        AnswerReader("m", "kg")
     with pytest.raises(gs.GaitsimError, match="invalid time"):
-        Reading("m", "", 2.0, 10.0).read("0")
+        AnswerReader("m", "", 2.0, 10.0).read("0")
 
 
 def objects(done):

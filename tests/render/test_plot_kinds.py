@@ -20,9 +20,8 @@ from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
 from gaitsim.experiment import load_atlas, load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
-from gaitsim.render.plots.channels import read_signal
 from gaitsim.render.plots.comparison import FIGURES
-from gaitsim.render.plots.components import limit_constant, lines_of
+from gaitsim.render.plots.components import limit_constant, lines_of, read_signal
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
