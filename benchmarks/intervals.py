@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from gaitsim.study import runtimes, statistics
-from gaitsim.study.results import markdown
+from gaitsim_studies import runtimes, statistics
+from gaitsim_studies.results import markdown
 
 Values = NDArray[np.float64]
 Draw = Callable[[int], Values]
