@@ -34,7 +34,7 @@ from gaitsim.inspecting import (
     plot,
 )
 from gaitsim.live.process import detach, stop
-from gaitsim.optimiser import Progress, objective_options, start_of, start_options
+from gaitsim.optimiser import TrackedSearch, objective_options, start_of, start_options
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.loading import describe_preset
 from gaitsim.registry.python_plugins import python_options
@@ -347,7 +347,7 @@ def verify(
     return subject.verify() if isinstance(subject, Run) else verify_challenge(subject)
 
 
-class RunningSearch(Progress, Iterator[Generation]):
+class RunningSearch(TrackedSearch, Iterator[Generation]):
     """A search to loop over once, as returned by `evolve`.
 
     After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end

@@ -284,12 +284,6 @@ class TestCommand:
         gaitsim("differences", *two, "--quantity", "mean", "--by", "seconds", "--plot", name)
         assert Path(name).stat().st_size > 1000
 
-    def test_invalid_input_is_reported(self, gaitsim, two):
-        assert "no run 'three'" in gaitsim("differences", "one", "three", code=2).stderr
-        assert ".txt" in gaitsim("differences", "one", "--plot", "a.txt", code=2).stderr
-        (two[1] / "history.csv").write_text("nonsense\n")
-        assert "is damaged" in gaitsim("differences", "one", "two", code=2).stderr
-
 
 class TestPlay:
     def test_a_still_is_printed(self, gaitsim, two):

@@ -31,7 +31,7 @@ def adaptation_figure(adaptation: Adaptation, theme: Theme = LIGHT) -> "Figure":
         above, below = figure.subplots(2, 1, height_ratios=(1, 1.3))
         _draw_trials(above, adaptation, theme)
         _draw_map(below, adaptation, theme)
-        damage = ", ".join(adaptation.session.damage) or adaptation.session.place
+        damage = ", ".join(adaptation.damage) or adaptation.place
         heading = f"{prior.source.resolve().name}, {shorten(damage, 40)}"
         handles, labels = above.get_legend_handles_labels()
         add_heading(figure, heading, handles, labels)
