@@ -13,9 +13,9 @@ from gaitsim.storage.snapshot import RunSnapshot
 
 def files_kind(path: Path) -> str:
     """Return the kind of a folder or file; '' for a run and for all others."""
-    from gaitsim.adaptation.report import FILE
-    from gaitsim.study.file import STUDY
-    from gaitsim.study.results import FIRST
+    from gaitsim_adaptation.report import FILE
+    from gaitsim_studies.file import STUDY
+    from gaitsim_studies.results import FIRST
 
     if holds_run(path):
         return ""
@@ -49,9 +49,9 @@ def verify_files(
     Raises:
         GaitsimError: the path is none of these, or cannot be verified.
     """
-    from gaitsim.adaptation.verification import verify_adaptation, verify_report
-    from gaitsim.study.comparison_verification import verify_comparison
-    from gaitsim.study.verification import verify_study
+    from gaitsim_adaptation.verification import verify_adaptation, verify_report
+    from gaitsim_studies.comparison_verification import verify_comparison
+    from gaitsim_studies.verification import verify_study
 
     kind = files_kind(path)
     steps: dict[str, Any] = {"workers": workers, "begin": begin, "advance": advance}

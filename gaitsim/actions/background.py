@@ -1,4 +1,4 @@
-"""`gaitsim attach`, `gaitsim stop` and `gaitsim queue`."""
+"""`gaitsim attach` and `gaitsim stop`."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gaitsim.actions.action import JSON, Action, OneRun, argument, not_combinable
+from gaitsim.actions.action import JSON, Action, OneRun, argument
 from gaitsim.console import INTERRUPTED
 from gaitsim.console.printing import echo, notice, print_json, status
 from gaitsim.contracts.plugin import option
@@ -99,73 +99,6 @@ class Stop(Action):
         for failure in waited:
             if failure is not None:
                 raise failure
-
-
-class Queue(Action):
-    """List the background runs that wait in the queue, or move one of them.
-
-    [bold]Examples[/bold]
-
-    gaitsim queue
-
-    gaitsim queue night --first
-
-    gaitsim queue night --before morning
-    """
-
-    run: str | None = argument(
-        "run to move", "RUN", None, unset="list the queue", completion="run_names"
-    )
-    first: bool = option(False, "move the run to the start of the queue")
-    last: bool = option(False, "move the run to the end of the queue")
-    before: str | None = option(
-        None, "move the run before this run", placeholder="RUN", completion="run_names"
-    )
-    json_lines: bool = JSON
-
-    def do(self) -> None:
-        """Move the run, and print the queue."""
-        from gaitsim.live.slots import move_queued, queued_runs
-        from gaitsim.storage.files.folder import find_run
-
-        places = [
-            flag
-            for flag, given in (
-                ("--first", self.first),
-                ("--last", self.last),
-                ("--before", self.before is not None),
-            )
-            if given
-        ]
-        if len(places) > 1:
-            raise not_combinable(*places[:2])
-        if bool(places) is not (self.run is not None):
-            raise GaitsimError(
-                "a run to move and its new place are needed together",
-                allowed="RUN with --first, --last or --before RUN",
-                remedy="list the queue with 'gaitsim queue'",
-            )
-        runs = queued_runs()
-        if self.run is not None:
-            run, to = find_run(self.run), 0 if self.first else -1
-            if self.before is not None:
-                others = [one for one in runs if one != run.resolve()]
-                other = find_run(self.before).resolve()
-                if other not in others:
-                    raise RunError(
-                        f"the run {self.before} does not wait in the queue",
-                        where="--before",
-                        allowed=", ".join(map(str, map(_relative, others))) or "no run waits",
-                    )
-                to = others.index(other)
-            runs = move_queued(run, to)
-        for number, one in enumerate(map(_relative, runs), 1):
-            if self.json_lines:
-                print_json({"position": number, "run": str(one)})
-            else:
-                echo(f"{number}  {one}")
-        if not runs and not self.json_lines:
-            echo("No run waits in the queue.")
 
 
 def _in_folders(folders: tuple[str, ...]) -> list[RunSnapshot]:

@@ -1,8 +1,8 @@
 """`gaitsim runs`: list, find, watch, tag and delete runs."""
 
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,22 +12,18 @@ from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
 from gaitsim.registry.entry_points import PYTHON, is_outside
-from gaitsim.render.terminal.text import age, duration, number
+from gaitsim.render.terminal.run_cells import run_cell
 from gaitsim.storage.files.folder import check_root, find_run, holds_run
 from gaitsim.storage.manage import delete_run, trash_run, write_tags
 from gaitsim.storage.overview import Overview, list_overviews
 from gaitsim.storage.query import (
-    TIMES,
     check_keys,
-    group_runs,
     parse_query,
     sort_runs,
     value_of,
 )
-from gaitsim.storage.views import View, find_view, forget_view, save_view
-from gaitsim.toml import shortened
 
-CHOICE, VIEWS, CHANGES = "Choose and arrange runs", "Saved views", "Change runs"
+CHOICE, CHANGES = "Choose and arrange runs", "Change runs"
 COLUMNS = ("name", "body", "fitness", "generation", "score", "state")
 _HEADS = {"name": "run", "score": "best", "tag": "tags"}
 MOST_NAMED = 10
@@ -54,9 +50,7 @@ class ListRuns(Action):
 
     gaitsim runs --where 'spider score>2 -tag:bad' --sort -score
 
-    gaitsim runs --columns name,score,search.step --group body --save-view steps
-
-    gaitsim runs --view steps
+    gaitsim runs --columns name,score,search.step
 
     gaitsim runs --where 'age<1d state:finished' --tag new
 
@@ -82,33 +76,9 @@ class ListRuns(Action):
         completion="query_keys",
         panel=CHOICE,
     )
-    group: str | None = option(
-        None,
-        "list the runs under a heading for each value of a key",
-        placeholder="KEY",
-        completion="query_keys",
-        panel=CHOICE,
-    )
     watch: bool = option(
         False,
         "show the evolving and queued runs with their speed and load every second, until Ctrl-C",
-    )
-    view: str | None = option(
-        None,
-        "use the options of a saved view, except for those given",
-        placeholder="NAME",
-        completion="view_names",
-        panel=VIEWS,
-    )
-    save_view: str | None = option(
-        None,
-        "save --where, --columns, --sort and --group as a view",
-        placeholder="NAME",
-        completion="view_names",
-        panel=VIEWS,
-    )
-    forget_view: str | None = option(
-        None, "delete a saved view", placeholder="NAME", completion="view_names", panel=VIEWS
     )
     tag: Names | None = option(
         None,
@@ -144,9 +114,9 @@ class ListRuns(Action):
         """Print the list, or change runs."""
         check_root(self.root)
         tag = "tag" if self.tag else "untag"
-        exclusive = self.flags_of("watch", "forget_view", "delete", "delete_matching", tag)
+        exclusive = self.flags_of("watch", "delete", "delete_matching", tag)
         if self.delete:
-            exclusive += self.flags_of("where", "view")
+            exclusive += self.flags_of("where")
         if len(exclusive) > 1:
             raise not_combinable(*exclusive[:2])
         if self.permanently and not (self.delete or self.delete_matching):
@@ -154,30 +124,20 @@ class ListRuns(Action):
                 "--permanently is given without runs to delete",
                 remedy="add --delete RUN, or --where QUERY --delete-matching",
             )
-        if self.forget_view is not None:
-            forget_view(self.forget_view)
-            self._report({"forgotten": self.forget_view}, f"{self.forget_view}: view deleted")
-        elif self.delete:
+        if self.delete:
             names = self.delete
             paths = [
                 self.root / one if holds_run(self.root / one) else find_run(one) for one in names
             ]
             self._delete([*dict.fromkeys(paths)])
         else:
-            self._list(self._arrangement())
+            self._list()
 
-    def _arrangement(self) -> View:
-        """Return the saved view with the given options."""
-        given: dict[str, Any] = {"where": self.where, "sort": self.sort, "group": self.group}
-        if self.columns is not None:
-            columns = map(str.strip, self.columns.split(","))
-            given["columns"] = tuple(filter(None, columns))
-        view = find_view(self.view) if self.view is not None else View("")
-        return replace(view, **{key: value for key, value in given.items() if value is not None})
-
-    def _list(self, view: View) -> None:
+    def _list(self) -> None:
+        columns = tuple(filter(None, map(str.strip, (self.columns or "").split(","))))
+        sort = self.sort or ""
         with _error_at("--where"):
-            query = parse_query(view.where)
+            query = parse_query(self.where or "")
         changing = self.tag or self.untag or self.delete_matching
         if changing and not query.conditions:
             raise GaitsimError(
@@ -190,22 +150,15 @@ class ListRuns(Action):
 
             watch(self.root, query, json=self.json_lines)
             return
-        keys = [*view.columns, view.sort.removeprefix("-"), view.group]
+        keys = [*columns, sort.removeprefix("-")]
         keys += [condition.key for condition in query.conditions]
         times = self.json_lines or "time" in keys
         every = list_overviews(self.root, _read_in_full, times=times, each=_with_progress)
         with _error_at("--where"):
             found = query.select(every)
-        for place, given in (
-            ("--columns", view.columns),
-            ("--sort", (view.sort.removeprefix("-"),)),
-            ("--group", (view.group,)),
-        ):
+        for place, given in (("--columns", columns), ("--sort", (sort.removeprefix("-"),))):
             with _error_at(place):
                 check_keys(filter(None, given), every)
-        if self.save_view is not None:
-            save_view(replace(view, name=self.save_view))
-            notice(f"Saved the view. Use it: gaitsim runs --view {self.save_view}")
         if self.delete_matching:
             for run in found:
                 if run.evolves:
@@ -218,36 +171,32 @@ class ListRuns(Action):
         elif changing:
             self._tag(found)
         else:
-            if view.sort:
-                found = sort_runs(found, view.sort)
-            self._print(found, view, bool(every))
+            if sort:
+                found = sort_runs(found, sort)
+            self._print(found, columns, bool(every))
 
-    def _print(self, found: Sequence[Overview], view: View, any_runs: bool) -> None:
-        """Print runs as lines of JSON, a table, or a table for each group."""
-        groups = group_runs(found, view.group) if view.group else [(None, found)]
+    def _print(self, found: Sequence[Overview], columns: Sequence[str], any_runs: bool) -> None:
+        """Print runs as lines of JSON or a table."""
         if self.json_lines:
-            for _, runs in groups:
-                for run in runs:
-                    chosen = {key: value_of(run, key) for key in view.columns}
-                    print_json({"run": run.name, **chosen} if chosen else _row(run))
+            for run in found:
+                chosen = {key: value_of(run, key) for key in columns}
+                print_json({"run": run.name, **chosen} if chosen else _row(run))
         elif not any_runs:
             output().print(f"No runs in {self.root}. Start one: gaitsim run spider")
         elif not found:
-            output().print(f"No run in {self.root} matches {view.where!r}.")
+            output().print(f"No run in {self.root} matches {self.where!r}.")
         else:
             tagged = any(run.tags for run in found)
-            columns = view.columns or (*COLUMNS, *(["tag"] if tagged else []))
+            columns = columns or (*COLUMNS, *(["tag"] if tagged else []))
             heads = {key: _HEADS.get(key, key) for key in columns}
             numeric = [
                 head
                 for key, head in heads.items()
                 if any(isinstance(value_of(run, key), int | float) for run in found)
             ]
-            for value, runs in groups:
-                if view.group:
-                    _print_heading(view.group, value, runs)
-                rows = [[_cell(run, key) for key in columns] for run in runs]
-                print_table(heads.values(), rows, numbers=numeric)
+            now = time.time()
+            rows = [[run_cell(run, key, now) for key in columns] for run in found]
+            print_table(heads.values(), rows, numbers=numeric)
             _print_remarks(found)
 
     def _tag(self, found: Sequence[Overview]) -> None:
@@ -305,40 +254,6 @@ def _names(paths: Sequence[Path]) -> str:
     if len(paths) <= MOST_NAMED:
         return ", ".join(map(str, paths))
     return f"{len(paths)} runs ({', '.join(map(str, paths[:3]))}, …)"
-
-
-def _print_heading(key: str, value: Any, runs: Sequence[Overview]) -> None:
-    """Print the value that a group of runs shares, their number and the best score."""
-    scores = [run.best for run in runs if run.best is not None]
-    best = f", best {number(max(scores), 4)}" if scores else ""
-    count = "1 run" if len(runs) == 1 else f"{len(runs)} runs"
-    output().print(
-        f"{_HEADS.get(key, key)} {_format(key, value) or '–'}: {count}{best}", style="bold"
-    )
-
-
-def _cell(run: Overview, key: str) -> str:
-    if key == "generation":
-        return f"{run.generation}/{run.generations}"
-    return _format(key, value_of(run, key))
-
-
-def _format(key: str, value: Any) -> str:
-    """Return a value of a run for a table."""
-    match value:
-        case None:
-            return ""
-        case bool():
-            return str(value).lower()
-        case float() | int() if key in TIMES:
-            return (age if key == "age" else duration)(value)
-        case float():
-            return number(value, 4)
-        case str():
-            return shortened(value.partition("\n")[0])
-        case tuple():
-            return ", ".join(_format(key, one) for one in value)
-    return str(value)
 
 
 def _print_remarks(found: Sequence[Overview]) -> None:

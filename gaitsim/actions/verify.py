@@ -6,7 +6,6 @@ import math
 import os
 import sys
 from collections.abc import Sequence
-from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -67,10 +66,6 @@ class VerifyResults(Action):
 
     gaitsim verify spider --generations 1,50,100 --json
 
-    gaitsim verify spider --sign ~/.ssh/id_ed25519
-
-    gaitsim verify spider --signers colleagues.txt
-
     gaitsim verify studies/mine --all
 
     gaitsim verify runs/spider-atlas/adaptations/L2-lost.json
@@ -94,14 +89,6 @@ class VerifyResults(Action):
         placeholder="N,N,…",
     )
     all_: bool = option(False, "reproduce the whole run, up to the first difference", flag="--all")
-    sign: Path | None = option(
-        None, "sign the run with this SSH key if it is identical", placeholder="KEY"
-    )
-    signers: Path | None = option(
-        None,
-        "names and public keys of known signers, as in ~/.ssh/allowed_signers",
-        placeholder="FILE",
-    )
     atlas: str | None = option(
         None,
         "run of the atlas of an adaptation",
@@ -131,10 +118,10 @@ class VerifyResults(Action):
             raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")
         elif challenge is None:
             self._verify_run()
-        elif self.all_ or self.generations is not None or self.sign or self.signers:
+        elif self.all_ or self.generations is not None:
             raise GaitsimError(
-                "a challenge code has no generations and no signature",
-                where="--all, --generations, --sign, --signers",
+                "a challenge code has no generations",
+                where="--all, --generations",
                 remedy="omit these options",
             )
         else:
@@ -143,10 +130,10 @@ class VerifyResults(Action):
     def _verify_files(self, kind: str) -> None:
         from gaitsim.verifying import verify_files
 
-        for name in ("generations", "sign", "signers"):
-            if getattr(self, name) is not None:
-                what = "signature" if name == "sign" else name
-                raise GaitsimError(f"{_a(kind)} has no {what}", where=f"--{name}", remedy="omit it")
+        if self.generations is not None:
+            raise GaitsimError(
+                f"{_a(kind)} has no generations", where="--generations", remedy="omit it"
+            )
         path = Path(self.run)
         with interruptible(), Progress(path.name, "steps") as progress:
             verdict = verify_files(
@@ -176,7 +163,6 @@ class VerifyResults(Action):
             sys.exit(DIFFERENT)
 
     def _verify_run(self) -> None:
-        from gaitsim.storage.signature import read_signature, sign
         from gaitsim.storage.snapshot import RunSnapshot
         from gaitsim.storage.verification import verify
 
@@ -192,13 +178,9 @@ class VerifyResults(Action):
                 self.generations or None,
                 everything=self.all_ or None,
                 workers=self.workers,
-                signers=self.signers,
                 begin=progress.expect,
                 advance=progress.advance,
             )
-        if self.sign is not None and verdict.identical:
-            sign(run, self.sign)
-            verdict = replace(verdict, signature=read_signature(run, self.signers))
         show = _print_json if self.json_lines else _print
         show(str(run.path), verdict)
         if not verdict.identical:
@@ -309,7 +291,6 @@ def _print_json(path: str, verdict: Verdict) -> None:
             "portability": verdict.portability,
             "score_difference": verdict.score_difference,
             "files": [account._asdict() for account in verdict.accounts],
-            "signature": asdict(verdict.signature) if verdict.signature else None,
         }
     )
 
@@ -373,7 +354,7 @@ def _changed_options(verdict: Verdict) -> list[str]:
 
 
 def _scope(verdict: Verdict) -> list[str]:
-    """Describe what was reproduced, and the signature."""
+    """Describe what was reproduced."""
     if verdict.complete:
         found = [f"all {verdict.last} generations evolved again"]
     else:
@@ -387,14 +368,6 @@ def _scope(verdict: Verdict) -> list[str]:
             found.append(f"only the files compared: {spans}")
         if verdict.identical:
             found.append("a forger could have changed the others: --all evolves them again")
-    if (signature := verdict.signature) is not None:
-        if signature.problem:
-            found.append(f"the signature is invalid: {signature.problem}")
-        else:
-            known = "" if signature.known else "; whose key it is, --signers can tell"
-            found.append(
-                f"signed up to generation {signature.generation}: {signature.signer}{known}"
-            )
     return found
 
 

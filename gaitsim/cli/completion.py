@@ -1,4 +1,4 @@
-"""Names for shell completion: runs in `runs/`, tags, views, presets, studies and plugins."""
+"""Names for shell completion: runs in `runs/`, tags, presets, studies and plugins."""
 
 import re
 from collections.abc import Iterable
@@ -44,15 +44,6 @@ def tag_names(incomplete: str) -> list[str]:
             with suppress(GaitsimError):
                 found.update(read_tags(run))
     return _matching(incomplete, sorted(found))
-
-
-def view_names(incomplete: str) -> list[str]:
-    """Return the names of saved views with this prefix."""
-    from gaitsim.storage.views import read_views
-
-    with suppress(GaitsimError):
-        return _matching(incomplete, read_views()[0])
-    return []
 
 
 def query_keys(incomplete: str) -> list[str]:

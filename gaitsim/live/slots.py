@@ -1,9 +1,9 @@
 """The queue of background runs: by default, as many evolve at a time as there are cores.
 
 Each process draws a ticket, a file in the folder `queue` that it locks: NUMBER-KEY, with the key of
-its run in the folder of background processes. The ticket of an evolving run has the number 0, and
-waiting runs start in the order of their numbers. The queue is only changed while its guard is
-locked; tickets that no process locks are ignored and removed.
+its run in the folder of background processes. The runs with the lowest numbers evolve, the others
+wait. A ticket is only drawn or removed while a guard is locked; tickets that no process locks are
+ignored and removed.
 """
 
 import os
@@ -13,16 +13,14 @@ from pathlib import Path
 
 from filelock import FileLock, Timeout
 
-from gaitsim.errors import GaitsimError, RunError
+from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.executors import cores
 from gaitsim.storage.background import (
     background_processes,
-    create_runtime_folder,
     is_file_locked,
     runtime_file,
     runtime_folder,
 )
-from gaitsim.storage.files.atomic import writing
 
 SLOTS_VARIABLE = "GAITSIM_BACKGROUND_RUNS"
 FOLDER, GUARD = "queue", "queue.lock"
@@ -55,7 +53,7 @@ class Slot:
 
     def __init__(self, folder: Path, count: int, run: Path) -> None:
         self._folder, self._count = folder / FOLDER, count
-        self._key = _key(run)
+        self._key = runtime_file(run, "").name
         self._guard = FileLock(folder / GUARD)
         self._ticket: FileLock | None = None
         self._acquired = False
@@ -69,12 +67,7 @@ class Slot:
             return True
         try:
             with self._guard.acquire(timeout=GUARD_TIMEOUT):
-                mine = self._find() if self._ticket else None
-                if mine is None:
-                    mine = self._draw()
-                if self._is_first(mine):
-                    mine.rename(_ticket(self._folder, 0, self._key))
-                    self._acquired = True
+                self._acquired = self._is_first(self._draw())
         except Timeout:
             return False
         except OSError:
@@ -86,29 +79,22 @@ class Slot:
         self._acquired = False
         if self._ticket is not None:
             with suppress(OSError):
-                # A ticket that is renamed meanwhile is removed by the next process.
-                if mine := self._find():
-                    mine.unlink(missing_ok=True)
+                Path(self._ticket.lock_file).unlink(missing_ok=True)
                 self._ticket.release()
             self._ticket = None
 
     def _draw(self) -> Path:
-        self._folder.mkdir(0o700, exist_ok=True)
-        while left := self._find():  # by a killed process of this run
-            left.unlink()
-        if self._ticket is not None:  # another program has deleted its file
+        """Return the ticket of this run; draw one at first, or if its file was deleted."""
+        if self._ticket is not None and Path(self._ticket.lock_file).exists():
+            return Path(self._ticket.lock_file)
+        if self._ticket is not None:
             self._ticket.release()
-        number = max((_number(path) for path in _tickets(self._folder)), default=0) + 1
-        path = _ticket(self._folder, number, self._key)
-        ticket = FileLock(path)
-        ticket.acquire(timeout=0)
-        self._ticket = ticket
+        self._folder.mkdir(0o700, exist_ok=True)
+        number = max((int(path.name[:12]) for path in _tickets(self._folder)), default=0) + 1
+        path = self._folder / f"{number:012d}-{self._key}"
+        self._ticket = FileLock(path)
+        self._ticket.acquire(timeout=0)
         return path
-
-    def _find(self) -> Path | None:
-        """Return the ticket of this run, which may have been moved; None if it was removed."""
-        mine = (path for path in _tickets(self._folder) if path.name.endswith(f"-{self._key}"))
-        return next(mine, None)
 
     def _is_first(self, mine: Path) -> bool:
         """Return whether a ticket is among the first `count`; remove those of dead processes."""
@@ -127,51 +113,11 @@ class Slot:
 
 def queued_runs() -> list[Path]:
     """Return the runs that wait in the queue, the next one first."""
-    return [run for _, run in _waiting(runtime_folder() / FOLDER)]
-
-
-def move_queued(run: Path, to: int) -> list[Path]:
-    """Move a run in the queue, and return the runs that wait, the next one first.
-
-    Args:
-        run: folder of the run.
-        to: new place, counted from 0; negative ones count from the end, as in a list.
-
-    Raises:
-        RunError: the run does not wait in the queue, or the queue cannot be changed.
-    """
-    folder = create_runtime_folder()
-    try:
-        with FileLock(folder / GUARD).acquire(timeout=GUARD_TIMEOUT), writing(folder / FOLDER):
-            waiting = _waiting(folder / FOLDER)
-            runs = [one for _, one in waiting]
-            mine = next((one for one in runs if _key(one) == _key(run)), None)
-            if mine is None:
-                raise RunError(
-                    f"the run {run} does not wait in the queue",
-                    allowed=", ".join(map(str, runs)) or "none; no run waits",
-                )
-            runs.remove(mine)
-            runs.insert(to if to >= 0 else len(runs) + 1 + to, mine)
-            tickets = {_key(one): ticket for ticket, one in waiting}
-            for (place, _), one in zip(waiting, runs, strict=True):
-                key = _key(one)
-                tickets[key].rename(_ticket(folder / FOLDER, _number(place), key))
-            return runs
-    except Timeout:
-        raise RunError(
-            "another process is changing the queue", where=str(folder), remedy="try again"
-        ) from None
-
-
-def _waiting(folder: Path) -> list[tuple[Path, Path]]:
-    """Return the tickets of live waiting processes, with their runs, in order."""
-    runs = {_key(process.run): process.run for process in background_processes()}
-    return [
-        (path, runs[key])
-        for path in _tickets(folder)
-        if _number(path) and (key := path.name.partition("-")[2]) in runs and is_file_locked(path)
-    ]
+    waiting = (process.run for process in background_processes() if process.state == "queued")
+    runs = {runtime_file(run, "").name: run for run in waiting}
+    tickets = _tickets(runtime_folder() / FOLDER)
+    keys = (path.name.partition("-")[2] for path in tickets if is_file_locked(path))
+    return [runs[key] for key in keys if key in runs]
 
 
 def _tickets(folder: Path) -> list[Path]:
@@ -180,15 +126,3 @@ def _tickets(folder: Path) -> list[Path]:
         names = os.listdir(folder)  # noqa: PTH208
         return [folder / name for name in sorted(names) if _TICKET.fullmatch(name)]
     return []
-
-
-def _ticket(folder: Path, number: int, key: str) -> Path:
-    return folder / f"{number:012d}-{key}"
-
-
-def _number(ticket: Path) -> int:
-    return int(ticket.name[:12])
-
-
-def _key(run: Path) -> str:
-    return runtime_file(run, "").name

@@ -2,12 +2,16 @@
 
 from gaitsim.registry.entry_points import (
     COMMANDS,
+    ENGINES,
     EXPERIMENTS,
     FILES,
+    FUNCTIONS,
     KINDS,
     PLUGINS,
     PRODUCTS,
     REFLEX,
+    SCREENS,
+    STEER,
     STUDIES,
     Entry,
     contract_error,
@@ -17,16 +21,27 @@ from gaitsim.registry.entry_points import (
     plugin_errors,
     unreadable,
 )
-from gaitsim.registry.loading import call_reflex, load_class, load_entry, load_reflexes, scan
+from gaitsim.registry.loading import (
+    call_reflex,
+    load_class,
+    load_engine,
+    load_entry,
+    load_reflexes,
+    scan,
+)
 
 __all__ = [
     "COMMANDS",
+    "ENGINES",
     "EXPERIMENTS",
     "FILES",
+    "FUNCTIONS",
     "KINDS",
     "PLUGINS",
     "PRODUCTS",
     "REFLEX",
+    "SCREENS",
+    "STEER",
     "STUDIES",
     "Entry",
     "call_reflex",
@@ -34,6 +49,7 @@ __all__ = [
     "entries",
     "find",
     "load_class",
+    "load_engine",
     "load_entry",
     "load_reflexes",
     "plugin_context",

@@ -260,12 +260,3 @@ def sort_runs(runs: Iterable[Overview], key: str) -> list[Overview]:
             with_value.append((text, str(value).casefold() if text else value, run))
     with_value.sort(key=lambda item: item[:2], reverse=descending)
     return [run for *_, run in with_value] + without
-
-
-def group_runs(runs: Iterable[Overview], key: str) -> list[tuple[Value | None, list[Overview]]]:
-    """Return each value of a key with its runs, in order of appearance."""
-    groups: dict[str, tuple[Value | None, list[Overview]]] = {}
-    for run in runs:
-        value = value_of(run, key)  # not always hashable, such as the tables of worlds.cases
-        groups.setdefault(repr(value), (value, []))[1].append(run)
-    return [*groups.values()]

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import groupby
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -45,7 +44,6 @@ from gaitsim.storage.files.folder import (
 from gaitsim.storage.files.history import best_terms
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
-from gaitsim.storage.signature import Signature, read_signature
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.stages import Change, begin_stage, restore_generation
 
@@ -345,7 +343,6 @@ class Verdict(ReprMixin):
         score_difference: largest distance of a reproduced generation's best score from the
             recorded one.
         accounts: comparisons of each file.
-        signature: signature of the run; None without one.
     """
 
     last: int
@@ -360,13 +357,11 @@ class Verdict(ReprMixin):
     portability: str
     score_difference: float
     accounts: tuple[Account, ...]
-    signature: Signature | None = None
 
     @property
     def identical(self) -> bool:
-        """Whether all that was compared is identical, and no checkpoint or signature is invalid."""
-        forged = self.signature is not None and self.signature.problem
-        return not (self.differences or self.damaged or self.edited or forged)
+        """Whether all that was compared is identical, and no checkpoint is invalid."""
+        return not (self.differences or self.damaged or self.edited)
 
     @property
     def complete(self) -> bool:
@@ -397,7 +392,6 @@ def verify(
     *,
     everything: bool | None = None,
     workers: int | None = None,
-    signers: Path | None = None,
     begin: Callable[[int], None] = lambda total: None,
     advance: Callable[[], None] = lambda: None,
 ) -> Verdict:
@@ -412,7 +406,6 @@ def verify(
             the best individuals of all others.
         workers: number of parallel workers; None for a number that deliberately differs from the
             run's default, as the result must not depend on it.
-        signers: list of the keys of known signers; see `signature.read_signature`.
         begin: callback with the number of generations to reproduce.
         advance: callback after each generation.
     """
@@ -425,7 +418,6 @@ def verify(
                 where="--generations",
                 allowed=f"1 to {last}",
             )
-    signature = read_signature(run, signers)
     found = inconsistencies(run)
 
     def new_evaluator(experiment: Experiment) -> Evaluator:
@@ -473,7 +465,6 @@ def verify(
         portability=run.portability,
         score_difference=farthest,
         accounts=_accounts(run, reproduced[True], reproduced[False]),
-        signature=signature,
     )
 
 

@@ -1,4 +1,4 @@
-"""The user's settings: `config.toml` with a theme, notifications, hints, and keys by action.
+"""The user's settings: `config.toml` with a theme, notifications, and keys by action.
 
 Invalid settings are reported and ignored; the valid ones apply.
 """
@@ -28,7 +28,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.storage.views import config_folder, editing, read_settings
+from gaitsim.storage.settings import config_folder, editing, read_settings
 from gaitsim.toml import literal, parse
 from gaitsim.tui.keys import NAMED, PREFIX
 from gaitsim.tui.themes import check_theme
@@ -51,8 +51,9 @@ class Config:
         theme: name of the chosen theme; None without a choice.
         notify: whether the end of a background run rings the bell and notifies the desktop.
         preview: whether home shows the champion under the cursor, if there is room.
+        columns: keys of the columns of the list of runs; () for the usual ones.
+        sort: key to sort the runs by, with `-` for descending order; '' for the latest first.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
-        hints: whether screens show hints about keys.
         problems: problems of the file.
     """
 
@@ -60,8 +61,9 @@ class Config:
     theme: str | None = None
     notify: bool = True
     preview: bool = True
+    columns: tuple[str, ...] = ()
+    sort: str = ""
     keys: Mapping[str, str] = field(default_factory=dict)
-    hints: bool = True
     problems: tuple[GaitsimError, ...] = ()
 
 
@@ -85,8 +87,9 @@ class _Tui(BaseModel):
     model_config = ConfigDict(extra="forbid")
     theme: str | None = None
     notify: StrictBool = True
-    hints: StrictBool = True
     preview: StrictBool = True
+    columns: tuple[str, ...] = ()
+    sort: str = ""
 
 
 class _File(BaseModel):
@@ -100,8 +103,9 @@ _ALLOWED = {
     "keys": "a section [keys]",
     "tui.theme": "the name of a theme in quotes",
     "tui.notify": "true or false",
-    "tui.hints": "true or false",
     "tui.preview": "true or false",
+    "tui.columns": "a list of keys",
+    "tui.sort": "a key in quotes",
 }
 
 
@@ -133,7 +137,8 @@ def read_config(path: Path) -> Config:
         problems.append(error)
         theme = None
     tui = found.tui
-    return Config(path, theme, tui.notify, tui.preview, found.keys, tui.hints, tuple(problems))
+    values = {**dict(tui), "theme": theme}
+    return Config(path, **values, keys=found.keys, problems=tuple(problems))
 
 
 def _problem(path: Path, sections: list[str], name: str, detail: Any) -> GaitsimError:
@@ -148,7 +153,7 @@ def _problem(path: Path, sections: list[str], name: str, detail: Any) -> Gaitsim
     return GaitsimError(what, where=where, allowed=allowed, key=key)
 
 
-def remember(path: Path, key: str, value: str | bool) -> None:
+def remember(path: Path, key: str, value: str | bool | list[str]) -> None:
     """Write a key of [tui] to the settings; keep the rest of the file, including comments."""
     with editing(path) as document:
         tui = document.setdefault("tui", {})

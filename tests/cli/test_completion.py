@@ -7,7 +7,6 @@ from typer.main import get_command
 
 from gaitsim.cli.app import app
 from gaitsim.storage.manage import trash_run, write_tags
-from gaitsim.storage.views import View, save_view, views_path
 
 
 @pytest.fixture
@@ -40,19 +39,14 @@ def run_folders(tmp_path):
     return make
 
 
-def test_tags_views_and_deleted_runs_are_offered(offered, run_folders, tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
+def test_tags_keys_and_deleted_runs_are_offered(offered, run_folders):
     run_folders("a", "b")
     write_tags(Path("runs/a"), ["good", "straight", "a$b"])
-    save_view(View("steps"))
     trash_run(Path("runs/b"))
     assert offered("tag", "a", "go") == ["good"]
     assert offered("runs", "--where", "x", "--tag", "") == ["good", "straight"]
-    assert offered("runs", "--view", "s") == ["steps"]
     assert offered("runs", "--sort", "gen") == ["generation", "generations"]
     assert offered("trash", "restore", "") == ["b"]
-    views_path().write_text("[")
-    assert offered("runs", "--view", "s") == [""]
 
 
 def test_commands_flags_and_choices_are_offered(offered):

@@ -1,4 +1,4 @@
-"""`gaitsim runs` with queries, views and tags, `gaitsim tag` and `gaitsim trash`."""
+"""`gaitsim runs` with queries and tags, `gaitsim tag` and `gaitsim trash`."""
 
 import json
 import shutil
@@ -60,25 +60,6 @@ def test_json_has_the_values_of_a_run_or_of_the_chosen_keys(gaitsim, runs):
     assert found["evolution.generations"] == 5
 
 
-def test_groups_have_a_heading_with_their_number_and_best_score(gaitsim, runs):
-    lines = gaitsim("runs", "--group", "generation", "--columns", "name,time").stdout.splitlines()
-    assert [line.partition(",")[0] for line in lines if ":" in line] == [
-        "generation 5: 2 runs",
-        "generation 3: 1 run",
-    ]
-    assert ["run", "time"] in [line.split() for line in lines]
-
-
-def test_a_view_is_saved_used_changed_and_forgotten(gaitsim, runs):
-    options = ("--where", "generation=5", "--sort", "-name")
-    assert "Saved the view" in gaitsim("runs", *options, "--save-view", "long").stderr
-    assert listed(gaitsim("runs", "--view", "long", "--json")) == ["c", "a"]
-    assert listed(gaitsim("runs", "--view", "long", "--sort", "name", "--json")) == ["a", "c"]
-    assert "did you mean 'long'?" in gaitsim("runs", "--view", "lng", code=2).stderr
-    gaitsim("runs", "--forget-view", "long")
-    assert "unknown view" in gaitsim("runs", "--view", "long", code=2).stderr
-
-
 @pytest.mark.parametrize(
     ("options", "place"),
     [
@@ -86,14 +67,12 @@ def test_a_view_is_saved_used_changed_and_forgotten(gaitsim, runs):
         (("--where", "score>x"), "--where"),
         (("--columns", "name,scor"), "--columns"),
         (("--sort", "-scor"), "--sort"),
-        (("--group", "scor"), "--group"),
     ],
 )
 def test_a_wrong_key_or_value_names_its_option(gaitsim, runs, options, place):
-    error = gaitsim("runs", *options, "--save-view", "wrong", code=2).stderr
+    error = gaitsim("runs", *options, code=2).stderr
     assert f"where:   {place}" in error
     assert "allowed:" in error
-    assert "unknown view" in gaitsim("runs", "--view", "wrong", code=2).stderr
 
 
 def test_tags_of_one_run_are_added_shown_and_removed(gaitsim, runs):

@@ -1,8 +1,8 @@
 """Mutated plugins: the checks reject each broken one, advise on others, and accept correct ones."""
 
 import pytest
-from conftest import WORKING
 
+from conftest import WORKING
 from gaitsim.registry import Entry
 from gaitsim.testing.checking import Checked, check_plugins, run_pytest
 from gaitsim.testing.packages import select_plugins

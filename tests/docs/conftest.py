@@ -12,7 +12,7 @@ from reader import LONG, is_robot, robot_options
 
 @pytest.fixture(autouse=True)
 def config(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Keep the views that pages save out of the settings of the user."""
+    """Keep what pages save out of the settings of the user."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
 
 

@@ -1,7 +1,6 @@
 """Processes that evolve runs in the background: their sockets, their queue and their ends."""
 
 import errno
-import itertools
 import json
 import os
 import random
@@ -26,7 +25,7 @@ from gaitsim.live.evolving import CommandQueue
 from gaitsim.live.process import background_state, kill, send, start_detached, stop
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.server import Hub, Presence
-from gaitsim.live.slots import Slot, move_queued, queued_runs, slot_count
+from gaitsim.live.slots import Slot, queued_runs, slot_count
 from gaitsim.storage.background import (
     LOCK,
     SOCKET,
@@ -206,8 +205,8 @@ class TestSlots:
         assert first.try_acquire()
         assert not second.try_acquire()
         assert sorted(path.name[:12] for path in (tmp_path / "queue").iterdir()) == [
-            "000000000000",
-            "000000000001",
+            "000000000008",
+            "000000000009",
         ]
 
     def test_a_broken_folder_lets_every_run_evolve(self, tmp_path):
@@ -222,78 +221,34 @@ class TestSlots:
             slot_count()
 
 
-class TestQueue:
-    """A queue with one slot: `a` evolves, the other runs wait."""
+def test_waiting_runs_are_listed_in_order(tmp_path, monkeypatch):
+    """`a` evolves; a run that joins again is last, and dead and deleted tickets are left out."""
+    monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / "runtime"))
+    folder, paths = create_runtime_folder(), [tmp_path / name for name in "abcd"]
+    states = ["running", *["queued"] * 3]
+    processes = [
+        BackgroundProcess(path, 1, state, 0.0) for path, state in zip(paths, states, strict=True)
+    ]
+    monkeypatch.setattr(slots, "background_processes", lambda: processes)
+    queue = {path.name: Slot(folder, 1, path) for path in paths}
+    assert [slot.try_acquire() for slot in queue.values()] == [True, *[False] * 3]
 
-    @pytest.fixture
-    def queue(self, tmp_path, monkeypatch):
-        """Return the slots of five runs by name."""
-        monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / "runtime"))
-        folder, paths = create_runtime_folder(), [tmp_path / name for name in "abcde"]
-        processes = [BackgroundProcess(path, 1, "queued", 0.0) for path in paths]
-        monkeypatch.setattr(slots, "background_processes", lambda: processes)
-        found = {path.name: Slot(folder, 1, path) for path in paths}
-        assert [slot.try_acquire() for slot in found.values()] == [True, *[False] * 4]
-        return found
-
-    def names(self):
+    def names():
         return "".join(run.name for run in queued_runs())
 
-    @pytest.mark.parametrize(
-        ("name", "to", "order"),
-        [
-            ("d", 0, "dbce"),
-            ("b", -1, "cdeb"),
-            ("e", 1, "becd"),
-            ("b", 1, "cbde"),
-            ("b", 99, "cdeb"),
-            ("c", 1, "bcde"),
-        ],
-    )
-    def test_runs_start_in_the_changed_order(self, tmp_path, queue, name, to, order):
-        assert self.names() == "bcde"
-        moved = move_queued(tmp_path / name, to)
-        assert "".join(run.name for run in moved) == self.names() == order
-        queue["a"].release()
-        for first, then in itertools.pairwise(order):
-            assert not queue[then].try_acquire()
-            assert queue[first].try_acquire()
-            queue[first].release()
-
-    def test_a_moved_run_does_not_overtake_one_that_evolves(self, tmp_path, queue):
-        move_queued(tmp_path / "b", 0)
-        assert not queue["b"].try_acquire()
-        with pytest.raises(RunError, match="does not wait in the queue") as error:
-            move_queued(tmp_path / "a", 1)
-        assert error.value.allowed.count(str(tmp_path)) == 4
-
-    def test_a_run_that_joins_again_is_last(self, tmp_path, queue):
-        move_queued(tmp_path / "e", 0)
-        queue["e"].release()
-        assert self.names() == "bcd"
-        assert not queue["e"].try_acquire()
-        assert self.names() == "bcde"
-
-    def test_dead_and_deleted_tickets_lose_their_place(self, tmp_path, queue):
-        tickets = {path.name[-20:]: path for path in (tmp_path / "runtime/queue").iterdir()}
-        dead = tickets[runtime_file(tmp_path / "b", "").name]
-        dead.unlink()
-        dead.touch()
-        assert self.names() == "cde"
-        tickets[runtime_file(tmp_path / "c", "").name].unlink()
-        assert not queue["c"].try_acquire()
-        assert self.names() == "dec"
-        assert "".join(run.name for run in move_queued(tmp_path / "c", 0)) == "cde"
-        queue["a"].release()
-        assert queue["c"].try_acquire()
-
-    def test_a_queue_that_cannot_be_changed_is_one_message(self, tmp_path, queue, monkeypatch):
-        monkeypatch.setattr(slots, "GUARD_TIMEOUT", 0)
-        with (
-            FileLock(tmp_path / "runtime/queue.lock"),
-            pytest.raises(RunError, match="another process is changing the queue"),
-        ):
-            move_queued(tmp_path / "c", 0)
+    assert names() == "bcd"
+    queue["b"].release()
+    assert names() == "cd"
+    assert not queue["b"].try_acquire()
+    assert names() == "cdb"
+    tickets = {path.name[-20:]: path for path in (tmp_path / "runtime/queue").iterdir()}
+    dead = tickets[runtime_file(tmp_path / "d", "").name]
+    dead.unlink()
+    dead.touch()
+    assert names() == "cb"
+    tickets[runtime_file(tmp_path / "c", "").name].unlink()
+    assert not queue["c"].try_acquire()
+    assert names() == "bc"
 
 
 class TestHub:

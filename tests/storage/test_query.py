@@ -2,14 +2,13 @@
 
 import time
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.storage.overview import Overview
-from gaitsim.storage.query import group_runs, parse_query, sort_runs, value_of
+from gaitsim.storage.query import parse_query, sort_runs
 
 NOW = 1_000_000.0
 
@@ -161,11 +160,3 @@ def test_any_text_while_typing_is_a_query_or_one_message(text):
 )
 def test_runs_without_a_value_are_last_in_any_order(key, order):
     assert [run.name for run in sort_runs(RUNS, key)] == order.split()
-
-
-def test_runs_are_grouped_in_order_of_appearance():
-    counts = [(key, len(runs)) for key, runs in group_runs(RUNS, "body")]
-    assert counts == [("robot", 1), ("spider", 2)]
-    tables = [replace(RUNS[0], options={"worlds.cases": [{"seed": at}]}) for at in (1.0, 2.0, 1.0)]
-    assert [len(runs) for _, runs in group_runs(tables, "worlds.cases")] == [2, 1]
-    assert value_of(RUNS[0], "tag") == ("Größe", "good")

@@ -15,11 +15,11 @@ from waiting import app_until
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
+from gaitsim.storage.compare_runs import RunsReader, comparison_table, fair_axis
 from gaitsim.storage.creation import create_run
+from gaitsim.storage.differences import ABSENT, differences, scoring_warning
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
-from gaitsim.study.compare_runs import RunsReader, comparison_table, fair_axis
-from gaitsim.study.differences import ABSENT, differences, scoring_warning
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
 from gaitsim.tui.widgets.curves import Curves
@@ -245,14 +245,13 @@ class TestScreen:
             await pilot.press("right", "enter", "r", "o", "x")
 
 
-@pytest.mark.parametrize("size", [(80, 24), (160, 48)])
-def test_looks(size, two, snap_compare):
+def test_looks(two, snap_compare):
     async def show(pilot):
         pilot.app.screen.show_screen("compare.Compare", two)
         await settled(pilot)
         assert isinstance(pilot.app.screen, Compare)
 
-    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
+    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=(80, 24), run_before=show)
 
 
 class TestCommand:

@@ -11,18 +11,14 @@ from rich.cells import cell_len
 from textual.events import Key
 from textual.keys import _character_to_key
 from textual.widgets import Input, Static
-from waiting import until
 
 from gaitsim.errors import RunError
-from gaitsim.live.process import background_state, kill, start_detached
+from gaitsim.live.process import background_state, start_detached
 from gaitsim.render.terminal.text import ago, duration, number
 from gaitsim.storage import growing
-from gaitsim.storage.background import background_processes
-from gaitsim.storage.creation import create_run
 from gaitsim.storage.lock import RunLock, is_locked
 from gaitsim.storage.manage import list_trash, read_note, read_tags, write_tags
 from gaitsim.storage.query import value_of
-from gaitsim.storage.views import read_views
 from gaitsim.tui.config import read_config
 from gaitsim.tui.formatting import clip_name
 from gaitsim.tui.screens import run_preview
@@ -36,7 +32,7 @@ def cells(driver):
     """Return the table as a list of rows of text."""
     table = driver.screen.query_one("#runs")
     return [
-        [cell.plain.strip() for cell in table.cells(row)] for row in table.rows if table.columns
+        [cell.plain.strip() for cell in table.cells(row)] for row in table.shown if table.columns
     ]
 
 
@@ -160,7 +156,7 @@ class TestFollowing:
         walk("b")
         async with drive() as driver:
             await driver.press("s")  # by name, the first column, after the last one
-            while driver.screen.query_one("#runs").view.sort != "name":
+            while driver.screen.query_one("#runs").sort != "name":
                 await driver.press("s")
             for name in ("a", "c"):
                 walk(name)
@@ -292,30 +288,6 @@ class TestSortingAndFiltering:
             await driver.press("enter", "escape")
             assert "3 runs" in home.sub_title
 
-    async def test_groups_have_headings_with_a_count_and_the_best_score(self, three, drive):
-        write_tags(Path("runs/two"), ["good", "paper"])
-        async with drive() as driver:
-            table = driver.screen.query_one("#runs")
-            await driver.press(*"bbbb")
-            assert names(driver) == [
-                *("▾ no tag 2", "three", "one"),
-                *("▾ good 1", "two"),
-                *("▾ paper 1", "two"),
-            ]
-            best = max(run.best for run in table.shown if not run.tags)
-            assert number(best, 4) in cells(driver)[0]
-            assert table.run.name == "three"
-            await driver.press("up")
-            assert table.run is None
-            assert not driver.screen.query_one("#details").display
-            assert "home.replay" not in driver.offered()
-            assert {"home.delete", "home.tag"} <= driver.offered()
-            await driver.press("space")
-            assert {path.name for path in table.marked} == {"three", "one"}
-            await driver.press("up", "space", "b")
-            assert not table.marked
-            assert names(driver) == ["three", "two", "one"]
-
     @pytest.mark.slow
     async def test_columns_are_chosen_ordered_and_remembered(self, three, drive, config):
         settings = config("")
@@ -335,51 +307,19 @@ class TestSortingAndFiltering:
             await driver.at("Home")
             table = driver.screen.query_one("#runs")
             wanted = ["name", "generation", "fitness", "score", "state", "age"]
-            assert [*table.view.columns] == [*wanted, "evolution.population"]
+            assert [*table.chosen] == [*wanted, "evolution.population"]
             population = table.run.options["evolution.population"]
             await driver.until(lambda: str(population) in rows(driver)[0])
             table.sort_by("evolution.population")
-            await driver.press("b")
-        async with drive(config=settings, size=(110, 34)) as driver:
-            view = driver.screen.query_one("#runs").view
-            assert view.columns[-1] == "evolution.population"
-            assert view.group == "body"
+            await driver.until(lambda: "sort" in settings.path.read_text())
+        async with drive(config=read_config(settings.path), size=(110, 34)) as driver:
+            table = driver.screen.query_one("#runs")
+            assert (table.chosen[-1], table.sort) == ("evolution.population",) * 2
             await driver.press("C")
             await driver.at("ColumnsDialog")
             await driver.press("u")
             await driver.at("Home")
-            assert not driver.screen.query_one("#runs").view.columns
-
-    @pytest.mark.slow
-    async def test_views_are_saved_chosen_and_deleted(self, three, drive, config):
-        async with drive(config=config("")) as driver:
-            home = driver.screen
-            await driver.press("slash")
-            await driver.type("one")
-            await driver.press("enter", "O")
-            await driver.at("Ask")
-            await driver.type("mine")
-            await driver.press("enter")
-            await driver.until(lambda: "view mine" in home.sub_title)
-            shown = home.filter
-            home.filter = "something else"
-            await driver.until(lambda: "view mine" not in home.sub_title)
-            home.filter = shown
-            await driver.until(lambda: "view mine" in home.sub_title)
-            await driver.press("o")
-            await driver.at("PickView")
-            await driver.press("enter")
-            await driver.until(lambda: len(names(driver)) == 3)
-            assert any(command.title == "View: mine" for command in home.palette())
-            await driver.press("o")
-            await driver.at("PickView")
-            await driver.press("down", "enter")
-            await driver.until(lambda: names(driver) == ["one"])
-            assert "1 of 3 runs" in home.sub_title
-            await driver.press("o")
-            await driver.at("PickView")
-            await driver.press("down", "x")
-            await driver.until(lambda: "mine" not in read_views()[0])
+            assert not driver.screen.query_one("#runs").chosen
 
     async def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
         async with drive() as driver:
@@ -596,32 +536,6 @@ class TestBackground:
             await driver.until(lambda: "■ stopped" in rows(driver)[names(driver).index("b")])
             assert background_state(path) is None
 
-    @pytest.mark.slow
-    async def test_a_queued_run_starts_earlier_or_later(self, here, puppet, drive, monkeypatch):
-        monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-        slow = ("organism.pause=0.01", "evolution.generations=100000")
-        for name in "abc":
-            path = create_run(puppet(*slow), Path("runs") / name)
-            start_detached(path)
-            wanted = "queued" if name > "a" else "running"
-            until(lambda path=path, wanted=wanted: background_state(path) == wanted)
-        async with drive() as driver:
-            await driver.until(lambda: "2 queued" in driver.screen.sub_title)
-            table = driver.screen.query_one("#runs")
-            await driver.press("home", *["down"] * names(driver).index("c"))
-            await driver.until(lambda: table.run.name == "c" and "home.earlier" in driver.offered())
-            for key, order in [("<", "c, b"), (">", "b, c"), (">", "b, c")]:
-                driver.app.notified.clear()
-                await driver.press(_character_to_key(key))
-                await driver.until(lambda order=order: f"queue {order}" in driver.notifications())
-            await driver.press(*["up"] * names(driver).index("c"), "home")
-            await driver.press(*["down"] * names(driver).index("a"))
-            await driver.until(lambda: "home.later" not in driver.offered())
-            await driver.press(_character_to_key("<"))
-            await driver.until(lambda: "does not wait in the queue" in driver.notifications())
-        for process in background_processes():
-            kill(process.run)
-
 
 class TestMouse:
     async def test_a_click_marks_highlights_or_opens(self, walk, drive):
@@ -664,9 +578,8 @@ class TestNavigation:
             await driver.press("y")
             assert driver.app.clipboard == "gaitsim show 'runs/two words'"
             driver.screen.query_one("#filter", Input).value = "two score>-9"
-            await driver.press("b", "up", "y")
-            line = "gaitsim runs runs --where 'two score>-9' --sort age --group body"
-            assert driver.app.clipboard == line
+            await driver.until(lambda: driver.screen.filter == "two score>-9")
+            line = "gaitsim runs runs --where 'two score>-9' --sort age"
             found = [
                 one for one in driver.screen.palette() if one.title.startswith("Copy the list")
             ]

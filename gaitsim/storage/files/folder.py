@@ -28,7 +28,6 @@ CHECKSUMS, SAVES, PROVENANCE = "checksums.bin", "saves.bin", "provenance.json"
 CHAMPIONS, POPULATIONS, EXPORTS = "champions", "populations", "exports"
 ADAPTATIONS = "adaptations"
 NOTE, TAGS = "note.txt", "tags.txt"
-SIGNED, SIGNATURE = "signed.txt", "signed.txt.sig"
 
 
 def command(verb: str, *words: object) -> str:

@@ -4,7 +4,6 @@ import asyncio
 import time
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from threading import Lock
@@ -17,7 +16,6 @@ from textual.containers import Container
 from textual.reactive import reactive
 from textual.widgets import Input, Static
 
-from gaitsim.choices import STEERING_PRESETS
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.keys import bindings
@@ -29,17 +27,15 @@ if TYPE_CHECKING:
     from gaitsim.storage.growing import RunsWatcher
     from gaitsim.storage.overview import Overview
     from gaitsim.storage.query import Query
-    from gaitsim.storage.views import View
     from gaitsim.tui.screens.run_preview import RunPreview
     from gaitsim.tui.widgets.run_table import RunTable
 
-USUAL = "home"  # the saved view with the columns of this screen
 LOOKING = "Looking for runs …"
 BESIDE, BELOW = (150, 20), (110, 30)  # minimum columns and rows with a preview
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "tag", "files", "replay", "map", "why", "compare", "export",
-    "filter", "laboratory", "steer", "drive", "back", "undo",
+    "filter", "on_individual", "steer", "back", "undo",
 )  # fmt: skip
 
 
@@ -63,17 +59,14 @@ other terminals.
   **Stop**, **tag** and **delete** apply to all marked runs.
 - **Delete** moves runs to the trash for 30 days. `z` undoes the last deletion, name, note or tags;
   `Z` lists the trash.
-- `<` and `>` move a queued run to start **earlier** or **later**.
 - **Export** gait files, plots, videos and analyses of a run in the background.
 - **Note** attaches a note to a run, **rename** changes its name.
-- **Gallery** (`B`) writes a web site of all runs in the folder.
-- `v` **verifies** a run; `u` shows **studies** and comparisons over repeats.
+- `v` **verifies** a run.
 - A click on a column's title, or `s`, sorts by that column. `C` chooses **columns**: any option and
-  any term of the score. `b` **groups** the runs by body, search, state or tag; on the heading of a
-  group, space, **tag** and **delete** apply to all its runs.
+  any term of the score.
 - `P` shows or hides the **preview**, in terminals of at least 110 × 30 characters.
 - `/` filters by words and values: `spider score>2`, `state:failed`, `body:spider`, `tag:good`,
-  `-tag:bad`, `evolution.population>50`, `age<2d`. `o` lists saved **views**, `O` saves this one.
+  `-tag:bad`, `evolution.population>50`, `age<2d`.
 """
     BINDINGS = bindings("home")
     filter: reactive[str] = reactive("", init=False)
@@ -93,7 +86,6 @@ other terminals.
         self._changes = 0  # number of changes made by this screen
         self._reading = Lock()
         self._query: Query | None = None  # the last valid one
-        self._view: View | None = None
         self._preview: RunPreview | None = None
 
     def content(self) -> ComposeResult:
@@ -143,8 +135,6 @@ other terminals.
 
         with self._reading:
             first = self._watch is None
-            if first and self.gaitsim.has_config:
-                self._view = self._views().get(USUAL)
             self._watch = self._watch or RunsWatcher(self.gaitsim.folder)
             try:
                 return self._watch.poll(self._progress if first else None), None
@@ -175,8 +165,7 @@ other terminals.
         from gaitsim.tui.widgets.run_table import RunTable
 
         if self._table is None:
-            self._table = RunTable(id="runs")
-            self._table.view = self._view or self._table.view
+            self._table = RunTable(self.gaitsim.columns, self.gaitsim.sort, id="runs")
             self.query_one("#listing").mount(self._table)
             self.call_after_refresh(self._show)
             return
@@ -230,10 +219,7 @@ other terminals.
             count = f"{len(table.shown)} of {count}"
         if table is not None and table.marked:
             counts.insert(0, f"{len(table.marked)} marked")
-        view = table.view if table is not None else None
-        shown = view and view.name not in ("", USUAL) and view.where.strip() == self.filter.strip()
-        named = [f"view {view.name}"] if view and shown else []
-        self.sub_title = " · ".join([f"{count} in {self.gaitsim.folder}/", *named, *counts])
+        self.sub_title = " · ".join([f"{count} in {self.gaitsim.folder}/", *counts])
 
     def on_run_table_moved(self) -> None:
         self._details()
@@ -291,7 +277,7 @@ other terminals.
         self._details()
 
     def current(self) -> "Overview | None":
-        """Return the run under the cursor; None on the heading of a group."""
+        """Return the run under the cursor."""
         return self._table.run if self._table is not None and self._table.display else None
 
     def marked(self) -> "list[Overview]":
@@ -300,9 +286,9 @@ other terminals.
         return [run for run in self.listed if run.path in marked] if marked else []
 
     def chosen(self) -> "list[Overview]":
-        """Return the marked runs, or if none is marked, those under the cursor."""
-        run, group = self.current(), self._table.group if self._table is not None else None
-        return self.marked() or ([run] if run is not None else [*group.runs] if group else [])
+        """Return the marked runs, or if none is marked, the one under the cursor."""
+        run = self.current()
+        return self.marked() or ([] if run is None else [run])
 
     def run_changed(self, old: Path, new: Path) -> None:
         """Refresh the runs after one was changed or moved."""
@@ -351,45 +337,35 @@ other terminals.
         return run.path if run and run.generation and run.problem is None else None
 
     def command_line(self) -> str:
-        """Return the command of the run under the cursor, or on a heading, that of the list."""
+        """Return the command of the run under the cursor."""
         from gaitsim.storage.files.folder import (
             command,  # takes 0.25 s, so not before the first paint
         )
 
         run = self.current()
-        if run is not None:
-            return command("show", run.path)
-        return self._list_command() if self.listed else ""
+        return command("show", run.path) if run is not None else ""
 
     def _list_command(self) -> str:
-        """Return the command that prints the list, with its filter, columns, order and groups."""
+        """Return the command that prints the list, with its filter, columns and order."""
         from gaitsim.storage.files.folder import command
 
-        view = self._current_view()
+        assert self._table is not None, "it shows the list"
         options = {
-            "--where": view.where.strip(),
-            "--columns": ",".join(view.columns),
-            "--sort": view.sort or "age",
-            "--group": view.group,
+            "--where": self.filter.strip(),
+            "--columns": ",".join(self._table.chosen),
+            "--sort": self._table.sort or "age",
         }
         given = [word for name, text in options.items() if text for word in (name, text)]
         return command("runs", self.gaitsim.folder, *given)
 
     def palette(self) -> Iterable[PaletteCommand]:
-        """Yield a command for each saved view and each preset."""
-        from gaitsim.registry import EXPERIMENTS, entries
-
-        for view in filter(_is_saved, self._views().values()):
-            yield PaletteCommand(
-                f"View: {view.name}",
-                f"Show the runs of this view: {view.where or 'all'}",
-                partial(self._show_view, view),
-            )
+        """Yield a command for each preset."""
+        from gaitsim.registry import EXPERIMENTS, STEER, entries
 
         if self._table is not None:
             yield PaletteCommand(
                 "Copy the list's command",
-                "Copy the command that prints these runs, sorted and grouped like here",
+                "Copy the command that prints these runs, sorted like here",
                 lambda: self.gaitsim.copy(self._list_command()),
             )
         for name in entries(EXPERIMENTS):
@@ -398,7 +374,7 @@ other terminals.
                 f"Create a run from the preset {name}",
                 partial(self.show_screen, "new.New", name),
             )
-        for name in STEERING_PRESETS:
+        for name in entries(STEER):
             yield PaletteCommand(
                 f"Steer: {name}",
                 f"Steer the body of the preset {name} yourself with the arrow keys",
@@ -423,81 +399,7 @@ other terminals.
             return self.is_mounted and bool(self.preview_place)
         return super().check_action(action, parameters)
 
-    # Views
-
-    def _views(self) -> "dict[str, View]":
-        """Return the saved views by name."""
-        from gaitsim.storage.views import read_views
-
-        try:
-            return read_views()[0]
-        except GaitsimError as error:
-            self.app.call_later(self.gaitsim.show_error, error)
-            return {}
-
-    def _show_view(self, view: "View") -> None:
-        assert self._table is not None, "else there is no view to change"
-        self._table.view = view
-        self._set_filter(view.where)
-        self._show()
-
-    def _current_view(self) -> "View":
-        assert self._table is not None, "else there is no view to change"
-        return replace(self._table.view, where=self.filter)
-
-    @work(group="ask")
-    async def action_views(self) -> None:
-        """Show the saved views, and apply or delete one."""
-        from gaitsim.storage.views import View, forget_view
-        from gaitsim.tui.screens.questions import PickView
-
-        hints = "enter: show · x: delete the view · esc: close"
-        while True:
-            saved = {name: view for name, view in self._views().items() if _is_saved(view)}
-            views = {"": View(""), **saved}
-            items = {
-                name: Text.assemble(
-                    (clip(name, 30) or "all runs", "bold"), f"  {clip(view.where, 60)}"
-                )
-                for name, view in views.items()
-            }
-            about = (
-                "" if len(views) > 1 else "Press O to save the filter, columns, order and groups."
-            )
-            match await self.app.push_screen_wait(PickView("Views", items, about, hints)):
-                case ("choose", name):
-                    self._show_view(views[name])
-                case ("delete", name) if name:
-                    await self._try(forget_view, name)
-                    continue
-            return
-
-    @work(group="ask")
-    async def action_save_view(self) -> None:
-        """Save the filter, columns, order and groups under a name."""
-        from gaitsim.tui.screens.questions import Ask
-
-        view = self._current_view()
-        about = f"Filter: {view.where or 'none'}\nA view of the same name is replaced."
-        ask = Ask("Save this view as", view.name if view.name != USUAL else "", about=about)
-        name = await self.app.push_screen_wait(ask)
-        if name is not None and self._table is not None:
-            view = replace(view, name=name)
-            if self._save(view):
-                self._table.view = view
-                self.notify(f"gaitsim runs --view {name}", title="View saved", markup=False)
-                self._title()
-
-    def _save(self, view: "View") -> bool:
-        """Save a view; if this fails, show the error and return False."""
-        from gaitsim.storage.views import save_view
-
-        try:
-            save_view(view)
-        except GaitsimError as error:
-            self.gaitsim.show_error(error)
-            return False
-        return True
+    # Columns and order
 
     @work(group="ask")
     async def action_columns(self) -> None:
@@ -509,22 +411,17 @@ other terminals.
             return
         now = [name for name in self._table.columns if name != "curve"]
         others = {key for run in self.listed for key in (*run.options, *run.terms)}
-        chosen = self._table.view.columns or now
+        chosen = self._table.chosen or now
         columns = await self.app.push_screen_wait(ColumnsDialog(chosen, KEYS, sorted(others)))
         if columns is not None:
-            self._table.show_view(replace(self._table.view, columns=columns))
-            self._remember_view()
+            self._table.show_columns(columns, self._table.sort)
 
-    def action_group(self) -> None:
-        if self._table is not None:
-            self._table.next_group()
-            self._remember_view()
-
-    def _remember_view(self) -> None:
-        """Save columns, order and groups: in the current view, or for the next start."""
-        if self._table is not None and self.gaitsim.has_config:
-            view = self._table.view
-            self._save(view if view.name else replace(view, name=USUAL))
+    def on_run_table_arranged(self) -> None:
+        """Remember the columns and the order."""
+        assert self._table is not None, "it posted the message"
+        self.gaitsim.columns, self.gaitsim.sort = self._table.chosen, self._table.sort
+        self.gaitsim.remember("columns", [*self._table.chosen])
+        self.gaitsim.remember("sort", self._table.sort)
 
     # Actions on runs
 
@@ -537,23 +434,19 @@ other terminals.
     def obstacle(self, action: str) -> str:
         run, chosen = self.current(), self.chosen()
         needs_run = (
-            *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
-            *("map", "note", "rename", "files", "steer", "drive"),
+            *("select_cursor", "mark", "replay", "why", "export", "on_individual"),
+            *("map", "note", "rename", "files", "steer"),
         )
         if action in (*needs_run, "delete", "stop", "tag") and not chosen:
             return "There is no run here; press n to create one."
-        if action in needs_run[2:] and run is None:
-            return "This is the heading of a group; move to one of its runs."
         match action:
             case "delete" if all(one.evolves for one in chosen):
                 return "The run is evolving; press x to stop it first."
             case "stop" if not any(one.evolves for one in chosen):
                 return "The run is not evolving."
-            case "requeue" if run is None or run.state != "queued":
-                return "The run does not wait in the queue of background runs."
             case "rename" if run is not None and run.evolves:
                 return "The run is evolving; press x to stop it first."
-            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" | "drive" if run:
+            case "replay" | "why" | "export" | "map" | "on_individual" | "steer" if run:
                 if run.problem is not None:
                     return "The run cannot be read; see the reason below the list."
                 if run.generation == 0:
@@ -562,7 +455,7 @@ other terminals.
                 return "Nothing has been deleted, renamed, tagged or annotated here."
             case "compare" if len(self.marked()) < 2:
                 return "Mark two or more runs with space first."
-            case "filter" | "columns" | "group" | "save_view" if not self.listed:
+            case "filter" | "columns" if not self.listed:
                 return "There are no runs to choose from."
         return super().obstacle(action)
 
@@ -585,8 +478,3 @@ other terminals.
 
     def action_compare(self) -> None:
         self.show_screen("compare.Compare", [run.path for run in self.marked()])
-
-
-def _is_saved(view: "View") -> bool:
-    """Return whether the user saved a view under a name."""
-    return view.name != USUAL

@@ -203,12 +203,6 @@ class Pick(Dialog[tuple[str, str] | None]):
         self.dismiss((what, "" if at is None else [*self._items][at]))
 
 
-class PickView(Pick):
-    """A list of saved views."""
-
-    BINDINGS = bindings("views")
-
-
 class PickTrashed(Pick):
     """A list of deleted runs."""
 

@@ -1,4 +1,4 @@
-"""Actions on runs in a list: delete, restore, rename, tag, annotate, stop and queue them."""
+"""Actions on runs in a list: delete, restore, rename, tag, annotate and stop them."""
 
 import asyncio
 from collections import Counter
@@ -197,18 +197,6 @@ class RunActions(GaitScreen):
             self._remember(f"tags of {names}", partial(_tag, changed))
         self.run_changed(runs[0].path, runs[0].path)
 
-    @work(group="ask")
-    async def action_gallery(self) -> None:
-        """Write a web site of all runs in the folder."""
-        from gaitsim.tui.screens.questions import Ask
-
-        about = "A card for each run, and a page that plays it. An existing gallery is replaced."
-        question = Ask("Folder of the gallery", "site", about=about)
-        out = await self.app.push_screen_wait(question)
-        if out is not None:
-            folder = str(self.gaitsim.folder)
-            self.gaitsim.start_task(("gallery", folder, "--out", out), opens=not self.app.is_web)
-
     @work(group="stop")
     async def action_stop(self) -> None:
         from gaitsim.live.process import stop
@@ -219,14 +207,6 @@ class RunActions(GaitScreen):
         await asyncio.gather(*(self._try(stop, run.path) for run in runs))
         for run in runs:
             self.run_changed(run.path, run.path)
-
-    @work(group="requeue")
-    async def action_requeue(self, by: int) -> None:
-        """Move the run by a number of places in the queue of background runs."""
-        run = self.current()
-        if run is not None and (runs := await self._try(_requeue, run.path, by)):
-            order = _join_names([one.name for one in runs])
-            self.notify(order, title="Order of the queue", markup=False)
 
     async def _try(self, do: Callable[..., T], *arguments: object) -> T | None:
         """Call a function in a thread; if it fails, show its error and return None."""
@@ -260,14 +240,6 @@ def edited_tags(tags: Iterable[str], words: str) -> list[str]:
 def _call(do: Callable[[], object]) -> bool:
     do()
     return True
-
-
-def _requeue(run: Path, by: int) -> list[Path]:
-    """Move a run in the queue, and return the queue."""
-    from gaitsim.live.slots import move_queued, queued_runs
-
-    runs, here = queued_runs(), run.resolve()
-    return move_queued(run, max(0, runs.index(here) + by) if here in runs else 0)
 
 
 def _restore(runs: "Sequence[TrashedRun]") -> None:

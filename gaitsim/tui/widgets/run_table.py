@@ -1,8 +1,8 @@
-"""The table of runs, sorted and grouped by any value, and details of a run."""
+"""The table of runs, sorted by any value, and details of a run."""
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,10 +19,10 @@ from textual.strip import Strip
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import age, duration, number, visible, visible_lines
+from gaitsim.render.terminal.run_cells import run_cell
+from gaitsim.render.terminal.text import duration, number, visible, visible_lines
 from gaitsim.storage.overview import Overview
 from gaitsim.storage.query import sort_runs, value_of
-from gaitsim.storage.views import View
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.themes import INKS
@@ -66,43 +66,11 @@ NARROW = ("name", "body", "generation", "score", "state", "age")
 USUAL = ("name", "body", "fitness", "generation", "score", "state", "age")
 WIDE, WIDER = 110, 120  # minimum widths in cells for the columns of the fitness, and of tags
 GAP = 2  # cells between two columns
-MARK, NO_MARK, HEADING = "◆ ", "◇ ", "▾ "
+MARK, NO_MARK = "◆ ", "◇ "
 # Columns that are sorted from the largest value first, and those aligned right.
 DESCENDING_FIRST = {"generation", "score", "evaluations", "time"}
 RIGHT = {"generation", "score", "evaluations", "time", "age", "seed", "stage", "generations"}
-GROUPS = ("", "body", "search", "state", "tag")
 _sparkline = lru_cache(maxsize=4096)(sparkline)
-
-
-@dataclass(frozen=True)
-class Group:
-    """Runs with the same value of a key.
-
-    Attributes:
-        title: the value; '' without groups.
-        runs: the runs, sorted.
-    """
-
-    title: str
-    runs: tuple[Overview, ...]
-
-    @property
-    def best(self) -> float | None:
-        """The best score; None without one."""
-        return max((run.best for run in self.runs if run.best is not None), default=None)
-
-
-@dataclass(frozen=True)
-class Row:
-    """A row of the table: a run, or the heading of its group."""
-
-    group: Group
-    run: Overview | None = None
-
-    @property
-    def key(self) -> tuple[str, Path | None]:
-        """The key of the row, for the cursor."""
-        return self.group.title, self.run.path if self.run else None
 
 
 def layout(width: int, names: Sequence[str] = (), *, tagged: bool = False) -> dict[str, int]:
@@ -144,10 +112,10 @@ class RunTable(ScrollView, can_focus=True):
     Only the rows in view are drawn, so that a filter over 1,000 runs shows its result at once.
 
     Attributes:
-        view: columns, order and groups.
+        chosen: keys of the columns; () for the usual ones.
+        sort: key to sort by, with `-` for descending order; '' for the latest first.
         marked: marked runs.
         shown: runs in the order of the rows.
-        rows: rows: runs and headings of groups.
         columns: width of each column by key.
         cursor_row: index of the row under the cursor.
     """
@@ -161,18 +129,16 @@ class RunTable(ScrollView, can_focus=True):
     class Marked(Message):
         """Posted when the marked runs have changed."""
 
+    class Arranged(Message):
+        """Posted when the user has changed the columns or the order."""
+
     ALLOW_SELECT = False
     BINDINGS = bindings("home table")
-    COMPONENT_CLASSES: ClassVar[set[str]] = {
-        "table--header",
-        "table--heading",
-        "table--cursor",
-    }
+    COMPONENT_CLASSES: ClassVar[set[str]] = {"table--header", "table--cursor"}
     DEFAULT_CSS = """
     RunTable {
         overflow-x: hidden; scrollbar-size-vertical: 1;
         & > .table--header { color: $text-muted; text-style: bold; }
-        & > .table--heading { color: $secondary; text-style: bold; }
         & > .table--cursor {
             background: $block-cursor-blurred-background;
             color: $block-cursor-blurred-foreground;
@@ -185,37 +151,25 @@ class RunTable(ScrollView, can_focus=True):
     }
     """
 
-    def __init__(self, **settings: Any) -> None:
+    def __init__(self, columns: Sequence[str] = (), sort: str = "", **settings: Any) -> None:
         super().__init__(**settings)
-        self.view = View("")
+        self.chosen, self.sort = tuple(columns), sort
         self.marked: set[Path] = set()
         self.shown: list[Overview] = []
-        self.rows: list[Row] = []
         self.columns: dict[str, int] = {}
         self.cursor_row = 0
         self._runs: Sequence[Overview] = ()
         self._wanted: Sequence[Overview] = ()
         self._now = 0.0
-        self._lines: dict[int, Strip] = {}  # as drawn last
         self._anchor: Path | None = None  # the run that was marked or unmarked last
         self._scales: Mapping[Comparable, Scale] = {}
 
     # What is shown
 
     @property
-    def row(self) -> Row | None:
-        """The row under the cursor."""
-        return self.rows[self.cursor_row] if self.cursor_row < len(self.rows) else None
-
-    @property
     def run(self) -> Overview | None:
-        """The run under the cursor; None on the heading of a group."""
-        return self.row.run if self.row else None
-
-    @property
-    def group(self) -> Group | None:
-        """The group whose heading is under the cursor."""
-        return self.row.group if self.row and self.row.run is None else None
+        """The run under the cursor."""
+        return self.shown[self.cursor_row] if self.cursor_row < len(self.shown) else None
 
     def scale(self, run: Overview) -> Scale | None:
         """Return the scale of the curve of a run; None if it has no scores."""
@@ -232,49 +186,38 @@ class RunTable(ScrollView, can_focus=True):
         self._runs, self._wanted, self._now = runs, wanted, now
         self.marked &= {run.path for run in runs}
         self._scales = scales(runs)
-        row, place = self.row, self.cursor_row
-        self.shown = sorted_runs(wanted, self.view.sort)
-        self.rows = [*_rows(self.shown, self.view.group)]
+        run, place = self.run, self.cursor_row
+        self.shown = sorted_runs(wanted, self.sort)
         self._draw()
-        at = _place_of(row, self.rows)
-        if row is None and self.view.group:
-            at = 1  # below the first heading
-        self._move_to(place if at is None else at, seen=at != place)
+        paths = [one.path for one in self.shown]
+        at = paths.index(run.path) if run is not None and run.path in paths else place
+        self._move_to(at, seen=at != place)
 
-    def show_view(self, view: View) -> None:
-        """Change the columns, the order and the groups."""
-        self.view = view
+    def show_columns(self, columns: Sequence[str], sort: str) -> None:
+        """Change the columns and the order."""
+        self.chosen, self.sort = tuple(columns), sort
         self.show(self._runs, self._wanted, self._now)
+        self.post_message(self.Arranged())
 
     def _draw(self) -> None:
         tagged = any(run.tags for run in self._runs)
-        self.columns = layout(self.size.width, self.view.columns, tagged=tagged)
-        self.virtual_size = Size(self.size.width, len(self.rows) + 1)
-        for y in range(self.size.height):  # unchanged lines are not sent to the terminal again
-            if self._lines.get(y) != self._line(y):
-                self.refresh(Region(0, y, self.size.width, 1))
+        self.columns = layout(self.size.width, self.chosen, tagged=tagged)
+        self.virtual_size = Size(self.size.width, len(self.shown) + 1)
+        self.refresh()
 
-    def cells(self, row: Row) -> list[Text]:
-        """Return the cells of a row, as wide as their columns."""
-        return [self._cell(row, name, width) for name, width in self.columns.items()]
+    def cells(self, run: Overview) -> list[Text]:
+        """Return the cells of a run, as wide as their columns."""
+        return [self._cell(run, name, width) for name, width in self.columns.items()]
 
     def render_line(self, y: int) -> Strip:
         """Return a line: the titles, or a row."""
-        self._lines[y] = line = self._line(y)
-        return line
-
-    def _line(self, y: int) -> Strip:
         width = self.size.width
         at = y - 1 + round(self.scroll_offset.y)
         if y == 0:
             style = self.get_component_rich_style("table--header")
             cells = [self._title(*column) for column in self.columns.items()]
-        elif at < len(self.rows):
-            row = self.rows[at]
-            cells = self.cells(row)
-            style = self.rich_style
-            if row.run is None:
-                style = self.get_component_rich_style("table--heading")
+        elif at < len(self.shown):
+            style, cells = self.rich_style, self.cells(self.shown[at])
         else:
             return Strip.blank(width, self.rich_style)
         line = Text(" ", end="", no_wrap=True) + Text(" " * GAP).join(cells)
@@ -285,8 +228,8 @@ class RunTable(ScrollView, can_focus=True):
         return strip.apply_style(self.rich_style + style)
 
     def _title(self, name: str, width: int) -> Text:
-        key = self.view.sort.removeprefix("-") or "age"
-        arrow = ("▼" if self.view.sort.startswith("-") else "▲") if name == key else ""
+        key = self.sort.removeprefix("-") or "age"
+        arrow = ("▼" if self.sort.startswith("-") else "▲") if name == key else ""
         return _fit(Text(clip(name, width - len(arrow)) + arrow), width, right=self._right(name))
 
     def _right(self, name: str) -> bool:
@@ -296,10 +239,7 @@ class RunTable(ScrollView, can_focus=True):
         values = (value_of(run, name) for run in self._runs)
         return isinstance(next((one for one in values if one is not None), ""), int | float)
 
-    def _cell(self, row: Row, name: str, width: int) -> Text:
-        run = row.run
-        if run is None:
-            return _fit(Text(_heading_cell(row.group, name, width)), width, right=name == "score")
+    def _cell(self, run: Overview, name: str, width: int) -> Text:
         style = ""
         match name:
             case "name":
@@ -315,19 +255,18 @@ class RunTable(ScrollView, can_focus=True):
             case "tag":
                 shown, style = ", ".join(run.tags), INKS["secondary"]
             case _:
-                shown = _text_of(run, name, self._now)
+                shown = run_cell(run, name, self._now)
         return _fit(Text(clip(shown, width), style), width, right=self._right(name))
 
     # The cursor
 
     def _move_to(self, row: int, *, seen: bool = True) -> None:
         """Move the cursor to a row; if `seen`, scroll it into view."""
-        before, self.cursor_row = self.cursor_row, max(0, min(row, len(self.rows) - 1))
+        before, self.cursor_row = self.cursor_row, max(0, min(row, len(self.shown) - 1))
         if seen:
             room, top = max(self.size.height - 1, 1), round(self.scroll_target_y)
             if not top <= self.cursor_row < top + room:
                 first = self.cursor_row if self.cursor_row < top else self.cursor_row - room + 1
-                first -= first == 1 and self.rows[0].run is None  # with the heading above
                 self.scroll_to(y=first, animate=False, force=True)
         if self.cursor_row != before:
             for changed in (before, self.cursor_row):
@@ -351,7 +290,7 @@ class RunTable(ScrollView, can_focus=True):
         self._move_to(0)
 
     def action_scroll_end(self) -> None:
-        self._move_to(len(self.rows) - 1)
+        self._move_to(len(self.shown) - 1)
 
     def on_resize(self) -> None:
         self._draw()
@@ -369,7 +308,7 @@ class RunTable(ScrollView, can_focus=True):
         at = event.y - 1 + round(self.scroll_offset.y)
         if event.y == 0:
             self._sort_at(event.x)
-        elif at < len(self.rows):
+        elif at < len(self.shown):
             highlighted = at == self.cursor_row
             self._move_to(at, seen=False)
             if event.shift:
@@ -391,26 +330,20 @@ class RunTable(ScrollView, can_focus=True):
 
     def sort_by(self, key: str) -> None:
         """Sort by the value of a key; if it is the current one, reverse the order."""
-        before = self.view.sort or "age"
+        before = self.sort or "age"
         down = key in DESCENDING_FIRST
         if key == before.removeprefix("-"):
             down = not before.startswith("-")
-        self.show_view(replace(self.view, sort=f"-{key}" if down else key))
+        self.show_columns(self.chosen, f"-{key}" if down else key)
 
     def action_sort(self) -> None:
         names = [name for name in self.columns if name != CURVE]
-        key = (self.view.sort or "age").removeprefix("-")
+        key = (self.sort or "age").removeprefix("-")
         at = names.index(key) if key in names else -1
         self.sort_by(names[(at + 1) % len(names)])
 
     def action_reverse(self) -> None:
-        self.sort_by((self.view.sort or "age").removeprefix("-"))
-
-    def next_group(self) -> None:
-        """Group by the next key."""
-        group = self.view.group
-        at = GROUPS.index(group) if group in GROUPS else -1
-        self.show_view(replace(self.view, group=GROUPS[(at + 1) % len(GROUPS)]))
+        self.sort_by((self.sort or "age").removeprefix("-"))
 
     # Marks
 
@@ -420,22 +353,17 @@ class RunTable(ScrollView, can_focus=True):
         self.action_scroll_down()
 
     def _toggle(self) -> None:
-        """Mark or unmark the run under the cursor, or all runs of the group."""
-        row = self.row
-        if row is None:
-            return
-        paths = {run.path for run in ([row.run] if row.run else row.group.runs)}
-        self._anchor = row.run.path if row.run else None
-        self.mark(self.marked - paths if paths <= self.marked else self.marked | paths)
+        """Mark or unmark the run under the cursor."""
+        if self.run is not None:
+            self._anchor = self.run.path
+            self.mark(self.marked ^ {self.run.path})
 
     def action_mark_range(self) -> None:
         """Mark the runs from the one marked last to the cursor."""
-        paths = [row.run.path if row.run else None for row in self.rows]
-        known = self._anchor is not None and self._anchor in paths
-        first, last = sorted(
-            (paths.index(self._anchor) if known else self.cursor_row, self.cursor_row)
-        )
-        self.mark(self.marked | {path for path in paths[first : last + 1] if path is not None})
+        paths = [run.path for run in self.shown]
+        anchor = paths.index(self._anchor) if self._anchor in paths else self.cursor_row
+        first, last = sorted((anchor, self.cursor_row))
+        self.mark(self.marked | {*paths[first : last + 1]})
         if self.run is not None:
             self._anchor = self.run.path
 
@@ -456,12 +384,7 @@ class RunTable(ScrollView, can_focus=True):
 
     def run_renamed(self, old: Path, new: Path) -> None:
         """Keep the mark and the cursor on a renamed run."""
-        self.rows = [
-            replace(row, run=replace(row.run, path=new))
-            if row.run is not None and row.run.path == old
-            else row
-            for row in self.rows
-        ]
+        self.shown = [replace(run, path=new) if run.path == old else run for run in self.shown]
         if old in self.marked:
             self.marked = self.marked - {old} | {new}
 
@@ -477,34 +400,6 @@ def sorted_runs(runs: Iterable[Overview], sort: str) -> list[Overview]:
         key=lambda run: -math.inf if run.state == "running" else -run.changed,
         reverse=sort.startswith("-"),
     )
-
-
-def _rows(runs: Sequence[Overview], key: str) -> Iterable[Row]:
-    """Yield a row for each run, below a heading for each value of a key; '' groups none."""
-    groups: dict[str, list[Overview]] = {}
-    for run in runs:
-        value = value_of(run, key) if key else ""
-        values = value if isinstance(value, tuple) and value else (value,)
-        for one in values:
-            groups.setdefault(str(one) if one not in (None, ()) else f"no {key}", []).append(run)
-    for title, members in groups.items():
-        group = Group(title, tuple(members))
-        if key:
-            yield Row(group)
-        for run in members:
-            yield Row(group, run)
-
-
-def _place_of(row: Row | None, rows: Sequence[Row]) -> int | None:
-    """Return the place of a row, or else of its run in another group; None without either."""
-    if row is None:
-        return None
-    keys = [one.key for one in rows]
-    if row.key in keys:
-        return keys.index(row.key)
-    paths = [path for _, path in keys]
-    path = row.run.path if row.run else None
-    return paths.index(path) if path is not None and path in paths else None
 
 
 def scales(runs: Iterable[Overview]) -> dict[Comparable, Scale]:
@@ -525,41 +420,6 @@ def _comparable(run: Overview) -> Comparable:
 def _range(curve: tuple[float, ...]) -> Scale | None:
     finite = [score for score in curve if math.isfinite(score)]
     return (min(finite), max(finite)) if finite else None
-
-
-def _heading_cell(group: Group, name: str, width: int) -> str:
-    if name == "name":
-        count = f" {len(group.runs)}"
-        return HEADING + clip(group.title, width - len(HEADING) - len(count)) + count
-    return number(group.best, 4) if name == "score" and group.best is not None else ""
-
-
-def _text_of(run: Overview, key: str, now: float) -> str:
-    """Return the value of a key as text; '' without one."""
-    match key:
-        case "generation":
-            return f"{run.generation}/{run.generations}" if run.generations else ""
-        case "age":
-            return age(now - run.changed)
-        case "time":
-            return duration(run.seconds)
-        case "note":
-            return " ".join(run.note.split())
-    value = value_of(run, key)
-    if key == "score" and value is not None:
-        return number(float(value), 4)  # type: ignore[arg-type]
-    match value:
-        case None:
-            return ""
-        case bool():
-            return str(value).lower()
-        case int():
-            return f"{value:,}" if key == "evaluations" else str(value)
-        case float():
-            return f"{value:.4g}".replace("-", "−")
-        case tuple():
-            return ", ".join(map(str, value))
-    return value
 
 
 def _fit(text: Text, width: int, *, right: bool = False) -> Text:
