@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 
 import gaitsim as gs
-from gaitsim.adaptation.report import AdaptationReport, Case, leg_losses
-from gaitsim.adaptation.settings import AdaptationSettings
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import play_on_twin
 from gaitsim.gait.changed import damage_body
 from gaitsim.gait.gait_files import GaitFile, play_gait
+from gaitsim_adaptation.report import AdaptationReport, Case, leg_losses
+from gaitsim_adaptation.settings import AdaptationSettings
 
 SETTINGS = AdaptationSettings()
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
@@ -111,7 +111,7 @@ def make_reports(
         name = f"{'physics' if physics else 'kinematics'}-{seed}"
         run = gs.load(path)
         reports.append(
-            run.adaptation_report(folder / name, pairs=True, physics=physics, settings=SETTINGS)
+            gs.adaptation_report(run, folder / name, pairs=True, physics=physics, settings=SETTINGS)
         )
         print(
             f"{name}: {len(run.members.scores):,} gaits, best {reports[-1].best:.2f} m", flush=True

@@ -23,10 +23,14 @@ import numpy as np
 from adaptation import kind_of_loss
 
 import gaitsim as gs
-from gaitsim.adaptation.prior import Prior, performance_of, read_prior
-from gaitsim.adaptation.report import leg_losses
-from gaitsim.adaptation.settings import MOST_TRIALS, AdaptationSettings
-from gaitsim.adaptation.trials import (
+from gaitsim.experiment import with_overrides
+from gaitsim.gait.changed import play_on, twin_of
+from gaitsim.gait.report import frames_before_fall
+from gaitsim.individual import Individual
+from gaitsim_adaptation.prior import Prior, performance_of, read_prior
+from gaitsim_adaptation.report import leg_losses
+from gaitsim_adaptation.settings import MOST_TRIALS, AdaptationSettings
+from gaitsim_adaptation.trials import (
     MeasureGait,
     Trial,
     adapt,
@@ -34,10 +38,6 @@ from gaitsim.adaptation.trials import (
     simulated_robot,
     transfer_map,
 )
-from gaitsim.experiment import with_overrides
-from gaitsim.gait.changed import play_on, twin_of
-from gaitsim.gait.report import frames_before_fall
-from gaitsim.individual import Individual
 
 OF_MAP = 5  # the most trials of gaits of the map
 COUNTS = {  # all trials, at most; in PyBullet, a gait takes four seconds

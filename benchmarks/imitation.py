@@ -18,10 +18,10 @@ from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.playing import play
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Experiment, load_experiment
-from gaitsim.imitation.imitating import TOLERANCE
-from gaitsim.imitation.learning import SETTINGS, TrainingSettings, learn, prepare
 from gaitsim.individual import Individual
 from gaitsim.network import Network
+from gaitsim_imitation.imitating import TOLERANCE
+from gaitsim_imitation.learning import SETTINGS, TrainingSettings, learn, prepare
 
 EPOCHS, SAMPLE = 1000, 3  # epochs of the compiled training, and of the training in NumPy
 SEEDS = range(5)
@@ -58,7 +58,7 @@ def train_in_numpy(expert: NDArray[np.float64], epochs: int) -> None:
 def compile_seconds() -> float:
     """Return the seconds of compilation in the first training, with an empty cache."""
     code = (
-        "import time; from gaitsim.imitation.learning import prepare; "
+        "import time; from gaitsim_imitation.learning import prepare; "
         "s = time.perf_counter(); prepare(); print(time.perf_counter() - s)"
     )
     with tempfile.TemporaryDirectory() as cache:

@@ -12,15 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from gaitsim.evaluation.worlds import Ranges
-from gaitsim.gait.unseen import Outcome, UnseenResults, worst_tenth
-from gaitsim.study import in_worlds, runtimes, statistics
-from gaitsim.study.results import markdown
+from gaitsim_studies import runtimes, statistics
+from gaitsim_studies.results import markdown
 
 Values = NDArray[np.float64]
 Draw = Callable[[int], Values]
 REPEATS = (2, 3, 5, 6, 10, 20, 30)
-WORLDS = (20, 50, 100, 200, 300)
 LARGE = 2_000_000  # values for true values without a closed form
 
 rng = np.random.default_rng(0)
@@ -159,51 +156,6 @@ def effects(sets: int) -> Mapping[str, list[str]]:
     }
 
 
-def worst_tenths(sets: int) -> Mapping[str, list[str]]:
-    """Cover worst tenths of unseen worlds, and differences of two runs in the same worlds."""
-    ranges: Ranges = {"friction": (0.3, 1.2)}
-
-    def unseen(results: Values) -> UnseenResults:
-        outcomes = tuple(Outcome(float(one), 0.0, fell=False) for one in results)
-        nominal = Outcome(2.0, 0.0, fell=False)
-        worlds = tuple({"friction": 0.5} for _ in results)
-        return UnseenResults("forward", "m", nominal, ranges, {}, 0, worlds, outcomes)
-
-    def pair(n: int) -> tuple[Values, Values]:
-        shared = rng.standard_normal(n)
-        one = 2 + 0.3 * shared + 0.1 * rng.standard_normal(n)
-        return one, 1.9 + 0.2 * shared + 0.15 * rng.standard_normal(n)
-
-    def difference(n: int) -> tuple[float, float]:
-        one, other = pair(n)
-        found = in_worlds.ranking({"one": unseen(one), "other": unseen(other)}, ranges).pairs[0]
-        ends = found.low, found.high
-        return ends if found.first == "one" else (-ends[1], -ends[0])
-
-    def single(draw: Draw, n: int) -> tuple[float, float]:
-        (found,) = in_worlds.ranking({"one": unseen(draw(n))}, ranges).runs
-        return found.low, found.high
-
-    draws: dict[str, Draw] = {
-        "normal": lambda n: rng.normal(2, 0.3, n),
-        "skewed": lambda n: 2 - rng.exponential(0.3, n),
-        "heavy tails (t, 4 degrees)": lambda n: 2 + 0.3 * rng.standard_t(4, n),
-        "8 % fall": lambda n: _mixed(0.08, rng.uniform(0.3, 0.5, n), rng.normal(2, 0.2, n)),
-        "15 % fall": lambda n: _mixed(0.15, rng.uniform(0.3, 0.5, n), rng.normal(2, 0.2, n)),
-    }
-    found = {
-        name: [_coverage(sets, truth, lambda n=n, draw=draw: single(draw, n)) for n in WORLDS]
-        for name, draw in draws.items()
-        for truth in [float(worst_tenth(draw(LARGE)))]
-    }
-    large = pair(LARGE)
-    truth = float(worst_tenth(large[0]) - worst_tenth(large[1]))
-    found["difference of two runs"] = [
-        _coverage(sets, truth, lambda n=n: difference(n)) for n in WORLDS
-    ]
-    return found
-
-
 def confirmations(sets: int) -> Mapping[str, list[str]]:
     """Cover means in studies at the level of a single experiment's first test, 97.5 %."""
     found = {}
@@ -241,9 +193,6 @@ def main() -> None:
         for title, cover in kinds.items():
             _print(title, "repeats", REPEATS, cover(sets))
     _print("mean of a study, nominally 97.5 %", "repeats", (100, 300), confirmations(sets))
-    few = max(1, sets // 4)  # each of them draws 999 resamples
-    with patch.object(in_worlds, "LEAST_WORLDS", 20), patch.object(in_worlds, "RESAMPLES", 999):
-        _print(f"worst tenth, {few:,} sets", "worlds", WORLDS, worst_tenths(few))
 
 
 def _print(title: str, unit: str, counts: tuple[int, ...], rows: Mapping[str, list[str]]) -> None:

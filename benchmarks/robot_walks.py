@@ -92,8 +92,8 @@ def walk(
     print(
         f"{name[-35:]:36}{len(body.anatomy.legs):5}{body.anatomy.mass:8.3g}"
         f"{measures['body lengths']:9.1f}{measures['forward']:7.2f}{measures['lasted']:8.1f}"
-        f"{measures['yaw']:7.0f}{evaluated:7}{seconds:7.0f}{checks.worst.kept:7.0%}"
-        f"{len(checks.failed):8}{in_bullet(champion):>8}",
+        f"{measures['yaw']:7.0f}{evaluated:7}{seconds:7.0f}{checks.kept_in(checks.worst):7.0%}"
+        f"{checks.passed.count(False):8}{in_bullet(champion):>8}",
         flush=True,
     )
     far = measures["body lengths"] >= FAR and measures["lasted"] >= 10.0 - 1e-6

@@ -18,9 +18,9 @@ from timing import print_figure, print_machine, stopwatch, times
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import load_experiment
-from gaitsim.study.confirmation import ReachedTarget, confirm
-from gaitsim.study.file import Study, cells, read_study
-from gaitsim.study.running import results, run_cells
+from gaitsim_studies.confirmation import ReachedTarget, confirm
+from gaitsim_studies.file import Study, cells, read_study
+from gaitsim_studies.running import results, run_cells
 
 POOLS, REPEATS = (9, 41, 73), 2  # the part evolved with DEAP
 LEGS, BITS = 6, 6

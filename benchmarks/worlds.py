@@ -24,7 +24,7 @@ from statistics import median
 from typing import Any, NamedTuple
 
 import gaitsim as gs
-from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
+from gaitsim.gait.worlds import UnseenResults, evaluate_unseen
 
 RANGES = {
     "friction": (0.3, 1.2),

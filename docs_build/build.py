@@ -1,7 +1,7 @@
 """Build the documentation site in site/: `python docs_build/build.py`.
 
-Code hosts show the pages of docs/ directly, so that folder stays unchanged. The script copies it to
-build/docs, adds the generated pages and the pages from outside docs/, and adapts the links.
+Code hosts show the pages in docs/ and plugins/*/docs/ directly, so they stay unchanged. The script
+copies them to build/docs, adds generated pages and those from other folders, and adapts the links.
 """
 
 import os
@@ -19,15 +19,16 @@ from gaitsim_page.playground import write_page
 
 ROOT = Path(__file__).parents[1]
 STAGE = ROOT / "build" / "docs"
-OUTSIDE = {
-    "../CHANGELOG.md": "changelog.md",
-    "../CONTRIBUTING.md": "contributing.md",
-    "../benchmarks/README.md": "benchmarks.md",
-    "../data/SOURCES.md": "sources.md",
-    "../examples/gaitsim-gymnasium/README.md": "gymnasium.md",
-    "../README.md": "index.md",
+PAGES = {
+    **{page: page.name for page in sorted(ROOT.glob("docs/*.md"))},
+    **{page: page.name for page in sorted(ROOT.glob("plugins/*/docs/*.md"))},
+    ROOT / "CHANGELOG.md": "changelog.md",
+    ROOT / "CONTRIBUTING.md": "contributing.md",
+    ROOT / "benchmarks" / "README.md": "benchmarks.md",
+    ROOT / "data" / "SOURCES.md": "sources.md",
+    ROOT / "examples" / "gaitsim-gymnasium" / "README.md": "gymnasium.md",
 }
-"""Files outside docs/ that its pages link to -> their file names on the site."""
+"""The pages of the site, by file -> their names there."""
 
 API = {
     "api.md": (
@@ -54,12 +55,12 @@ API = {
             "gaitsim.storage.verification.Verdict",
             "gaitsim.sharing.challenge.Checked",
             "gaitsim.sharing.challenge.Challenge",
-            "gaitsim.imitation.imitating.imitate",
-            "gaitsim.comparing.compare",
-            "gaitsim.comparing.importance",
-            "gaitsim.comparing.Comparison",
-            "gaitsim.study.importance.Importance",
-            "gaitsim.study.importance.Share",
+            "gaitsim_imitation.imitating.imitate",
+            "gaitsim_studies.comparing.compare",
+            "gaitsim_studies.comparing.importance",
+            "gaitsim_studies.comparing.Comparison",
+            "gaitsim_studies.importance.Importance",
+            "gaitsim_studies.importance.Share",
             "gaitsim.experiment.load_experiment",
             "gaitsim.experiment.load_atlas",
             "gaitsim.experiment.Experiment",
@@ -127,12 +128,8 @@ def collect_pages() -> None:
     """Collect all pages of the site in the folder `STAGE`."""
     shutil.rmtree(STAGE, ignore_errors=True)
     shutil.copytree(ROOT / "docs", STAGE)
-    for page in STAGE.glob("*.md"):
-        page.write_text(_with_links_to_copies(page.read_text()))
-    for source, name in OUTSIDE.items():
-        if name != "index.md":
-            page = ROOT / source.removeprefix("../")
-            (STAGE / name).write_text(with_site_links(page.read_text(), page.parent))
+    for page, name in PAGES.items():
+        (STAGE / name).write_text(with_site_links(page.read_text(), page.parent))
     write_page(STAGE / "playground.html")
     shutil.copy(ROOT / "docs_build" / "site.css", STAGE)
     shutil.copytree(ROOT / "docs_build" / "fonts", STAGE / "fonts")
@@ -144,29 +141,30 @@ def collect_pages() -> None:
         (STAGE / name).write_text("\n\n".join([heading, *(f"::: {one}" for one in objects)]) + "\n")
 
 
-def _with_links_to_copies(text: str) -> str:
-    """Return a page of docs/ with links to outside files redirected to their copies."""
-    for source, name in OUTSIDE.items():
-        text = text.replace(f"]({source}", f"]({name}")
-    return text
-
-
 def with_site_links(text: str, folder: Path) -> str:
-    """Return a page from outside docs/ with links that work on the site.
+    """Return a page with links that work on the site, where all pages are in one folder.
 
-    Links into docs/ lose the folder; other relative links become plain text.
+    Links to other files become plain text, except those to pictures.
+
+    Args:
+        text: the page.
+        folder: folder of the page in the repository.
     """
+    docs = ROOT / "docs"
 
     def replace(found: re.Match[str]) -> str:
         words, target = found.groups()
         if re.match(r"https?:|#", target):
             return found[0]
-        path = (folder / target.partition("#")[0]).resolve()
-        if path.parent == ROOT / "docs":
-            return f"[{words}]({path.name}{target[len(target.partition('#')[0]) :]})"
-        return words
+        place, sign, part = target.partition("#")
+        path = (folder / place).resolve()
+        if path == ROOT / "README.md":
+            return f"[{words}](index.md{sign}{part})"
+        if path in PAGES:
+            return f"[{words}]({PAGES[path]}{sign}{part})"
+        return f"[{words}]({path.relative_to(docs)})" if docs in path.parents else words
 
-    return re.sub(r"\[([^\]]+)\]\(([^)\s]+)\)", replace, text)
+    return re.sub(r"\[([^\]]*)\]\(([^)\s]+)\)", replace, text)
 
 
 def main() -> int:

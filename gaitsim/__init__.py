@@ -33,11 +33,6 @@ if _typing.TYPE_CHECKING:
         verify as verify,
         view as view,
     )
-    from gaitsim.comparing import (
-        Comparison as Comparison,
-        compare as compare,
-        importance as importance,
-    )
     from gaitsim.contracts import (
         BitSpace as BitSpace,
         Fitness as Fitness,
@@ -54,7 +49,6 @@ if _typing.TYPE_CHECKING:
         load_atlas as load_atlas,
         load_experiment as load_experiment,
     )
-    from gaitsim.imitation.imitating import imitate as imitate
     from gaitsim.individual import Individual as Individual, Member as Member
     from gaitsim.optimiser import Optimiser as Optimiser
     from gaitsim.registry.python_plugins import scalar as scalar
@@ -65,14 +59,12 @@ _NAMES = {
     "gaitsim.api": (
         "Run RunningSearch analyse evolve export load picture presets runs share verify view"
     ),
-    "gaitsim.comparing": "Comparison compare importance",
     "gaitsim.contracts": "BitSpace Fitness Motion Organism RealSpace",
     "gaitsim.errors": "GaitsimError",
     "gaitsim.evaluating": "evaluate",
     "gaitsim.evaluation": "Evaluation",
     "gaitsim.evolution": "Generation",
     "gaitsim.experiment": "Experiment load_atlas load_experiment",
-    "gaitsim.imitation.imitating": "imitate",
     "gaitsim.individual": "Individual Member",
     "gaitsim.optimiser": "Optimiser",
     "gaitsim.registry.python_plugins": "scalar",
@@ -80,6 +72,7 @@ _NAMES = {
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = [*_MODULES]  # noqa: PLE0604 - names, which a linter cannot see
+# Packages add functions by the entry points `gaitsim.python`.
 
 
 # Names that users guess for others; each thing has one name.
@@ -101,6 +94,13 @@ def __getattr__(name: str) -> _typing.Any:
     if name not in _MODULES:
         from gaitsim.errors import nearest
 
+        if not name.startswith("_"):
+            from gaitsim.registry import FUNCTIONS, entries, find
+            from gaitsim.registry.loading import load_object
+
+            if name in entries(FUNCTIONS):
+                return load_object(find(FUNCTIONS, name))
+
         close = nearest(name, __all__)
         hint = f"use gaitsim.{_GUESSED[name]}" if name in _GUESSED else close
         text = f"module 'gaitsim' has no attribute {name!r}"
@@ -111,4 +111,6 @@ def __getattr__(name: str) -> _typing.Any:
 
 
 def __dir__() -> list[str]:
-    return [*__all__, "__doc__", "__file__", "__name__", "__path__"]
+    from gaitsim.registry import FUNCTIONS, entries
+
+    return [*__all__, *entries(FUNCTIONS), "__doc__", "__file__", "__name__", "__path__"]

@@ -24,9 +24,6 @@ TrainingPreset = Literal["source", "steady"]
 STEERING_KEYS = ("up", "down", "left", "right", "space", "a", "d", "w", "s", "x")
 """Keys that a command of a steered body may use; the steering screen does not use the letters."""
 
-STEERING_PRESETS = ("fly-steer-hover", "hexapod", "quadruped", "spider-physics")
-"""Presets that menus offer for steering; the first one is the default."""
-
 DAMAGE_HELP = (
     "damage to legs and joints, such as 'L2 lost', 'R1 femur stuck 20' (at 20°), "
     "'R1 femur weak 0.5' (half its torque) or 'R1 femur slow 0.5' (half its speed)"

@@ -14,10 +14,15 @@ from gaitsim.contracts import Exported, Exporter, Plot, Subject
 from gaitsim.contracts.product import Product
 from gaitsim.errors import GaitsimError, not_installed
 from gaitsim.gait.channels import motion_columns
-from gaitsim.gait.checks import CheckResults, check_gait
-from gaitsim.gait.feedback import FeedbackResults, compare_blind
 from gaitsim.gait.report import GaitAnalysis, analyse_individual
-from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
+from gaitsim.gait.worlds import (
+    CheckResults,
+    FeedbackResults,
+    UnseenResults,
+    check_gait,
+    compare_blind,
+    evaluate_unseen,
+)
 from gaitsim.individual import Individual, Which
 from gaitsim.registry.loading import call_product, load_product, products
 from gaitsim.render.notebook import enable_notebook_display

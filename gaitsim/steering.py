@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim import registry
-from gaitsim.choices import STEERING_PRESETS
 from gaitsim.contracts import Command, Genomes, Motion, Organism, Skeleton, Steered
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
@@ -33,7 +32,7 @@ from gaitsim.experiment.model import (
 from gaitsim.gait.changed import has_rhythm_on_twin, rhythm_on_twin, with_changed_body
 from gaitsim.gait.travel import heading, size, trunk
 from gaitsim.individual import Individual
-from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.registry import STEER, contract_error, entries, plugin_errors
 from gaitsim.storage.compatibility import expected_genomes, genome_mismatch
 from gaitsim.storage.creation import create_run, find_individual
 from gaitsim.storage.files.checkpoint import Start
@@ -140,7 +139,7 @@ def _controller_names(experiment: Experiment) -> tuple[str, ...]:
             f"the body {entry.name!r}{options} cannot be steered: it has no steering commands",
             where=f"experiment {experiment.name}",
             allowed=f"a body with steering commands: {', '.join(bodies) or 'none is installed'}",
-            remedy="use a preset, such as " + " or ".join(map(repr, STEERING_PRESETS)),
+            remedy="use a preset, such as " + " or ".join(map(repr, entries(STEER))),
         )
     with plugin_errors(entry, "naming its controllers"):
         return tuple(map(str, experiment.organism.controller_names()))

@@ -1,31 +1,23 @@
-"""Verify runs, studies, comparisons and adaptations: everything is found by its files."""
+"""Verify runs, and files of packages such as studies and adaptations."""
 
-import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from gaitsim.errors import GaitsimError
-from gaitsim.storage.files.folder import ADAPTATIONS, holds_run
+from gaitsim.registry import VERIFIERS, entries, find
+from gaitsim.registry.loading import load_object
+from gaitsim.storage.files.folder import holds_run
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import Verdict, verify_run
+from gaitsim.storage.verification import Verdict, Verifier, verify_run
 
 
-def files_kind(subject: str | Path) -> str:
-    """Return the kind of a folder or file; '' for a run and for all others."""
-    from gaitsim.adaptation.report import FILE
-    from gaitsim.study.file import STUDY
-    from gaitsim.study.results import FIRST
-
+def verifier_of(subject: str | Path) -> Verifier | None:
+    """Return the verifier of a folder or file of a package; None for a run and for all others."""
     path = Path(subject)
     if holds_run(path):
-        return ""
-    files = {STUDY: "study", FIRST: "comparison", FILE: "adaptation report"}
-    # Unlike pathlib, os.path accepts names that are invalid for files.
-    for name, kind in files.items():
-        if os.path.lexists(path / name):
-            return kind
-    return "adaptation" if path.suffix == ".json" and os.path.isfile(path) else ""  # noqa: PTH113
+        return None
+    found: list[Verifier] = [load_object(find(VERIFIERS, name)) for name in entries(VERIFIERS)]
+    return next((one for one in found if one.recognises(path)), None)
 
 
 def verify_files(
@@ -37,11 +29,10 @@ def verify_files(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda steps: None,
 ) -> Verdict:
-    """Compute a run, a study, a comparison or an adaptation again, and compare its files.
+    """Compute a run, or files of a package such as a study, again, and compare its files.
 
     Args:
-        subject: name or folder of a run; folder of a study, a comparison or an adaptation report;
-            or file of an adaptation.
+        subject: name or folder of a run, or a folder or file that a package verifies.
         atlas: folder or name of the atlas of an adaptation; None for the run that contains it.
         everything: whether to repeat everything; None does so for a quick run, and otherwise
             repeats a random part.
@@ -52,34 +43,18 @@ def verify_files(
     Raises:
         GaitsimError: the subject is none of these, or cannot be verified.
     """
-    from gaitsim.adaptation.verification import verify_adaptation, verify_report
-    from gaitsim.study.verification import verify_comparison, verify_study
-
-    path = Path(subject)
-    kind = files_kind(subject)
-    steps: dict[str, Any] = {"workers": workers, "begin": begin, "advance": advance}
-    if atlas is not None and not kind.startswith("adaptation"):
+    verifier = verifier_of(subject)
+    if atlas is not None and (verifier is None or not verifier.of_atlas):
         raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")
-    match kind:
-        case "study":
-            return verify_study(path, everything=bool(everything), **steps)
-        case "comparison":
-            return verify_comparison(path, everything=bool(everything), **steps)
-        case "adaptation":
-            return verify_adaptation(path, RunSnapshot.find(atlas or _atlas_around(path)), **steps)
-        case "adaptation report":
-            run = RunSnapshot.find(atlas or _atlas_around(path))
-            return verify_report(path, run, everything=bool(everything), **steps)
-    return verify_run(RunSnapshot.find(subject), everything=everything, **steps)
-
-
-def _atlas_around(path: Path) -> str:
-    """Return the folder of the run whose adaptation is in a file."""
-    folder = path.absolute().parent
-    if folder.name != ADAPTATIONS or not holds_run(folder.parent):
-        raise GaitsimError(
-            f"{path} does not say where its atlas is",
-            where="--atlas",
-            remedy="name the run of the atlas, such as --atlas spider-atlas",
-        )
-    return os.path.relpath(folder.parent)
+    if verifier is None:
+        run = RunSnapshot.find(subject)
+        return verify_run(run, everything=everything, workers=workers, begin=begin, advance=advance)
+    more = {"atlas": atlas} if verifier.of_atlas else {}
+    return verifier.verify(
+        Path(subject),
+        everything=bool(everything),
+        workers=workers,
+        begin=begin,
+        advance=advance,
+        **more,
+    )

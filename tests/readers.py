@@ -24,23 +24,17 @@ from xml.etree import ElementTree
 
 import numpy as np
 import tomlkit
-from conftest import PUPPET
 from mutations import changed_bytes, changed_values
 from pydantic import ValidationError
 from run_helpers import STUDY, THRESHOLD, continue_run, seal
 from scipy.io import savemat
 from small_robots import QUADRUPED
 
+from conftest import PUPPET
 from gaitsim import toml
-from gaitsim.adaptation.adaptation import Said, Session, read_session, write_session
-from gaitsim.adaptation.report import _REPORT, AdaptationReport, Case, read_report
-from gaitsim.adaptation.settings import AdaptationSettings
-from gaitsim.adaptation.trials import Trial, proposal_of
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import Typed, load_experiment, parse_assignments, parse_experiment
 from gaitsim.gait.gait_files import Gait, read_gait, write_gait
-from gaitsim.imitation import load_imitator
-from gaitsim.imitation.imitator import Imitation, Imitator, save_imitator
 from gaitsim.individual import Individual
 from gaitsim.live.protocol import (
     RunCommand,
@@ -68,13 +62,15 @@ from gaitsim.storage.overview import list_overviews
 from gaitsim.storage.provenance import read_provenance
 from gaitsim.storage.query import parse_query
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.file import cells, parse_study, read_study
-from gaitsim.study.results import sections, write_results
-from gaitsim.study.running import CELLS, read_result, run_cells
 from gaitsim.tui.config import find_problems, read_config, remember
-from gaitsim.tui.hints import Hints
+from gaitsim_adaptation.adaptation import Said, Session, read_session, write_session
+from gaitsim_adaptation.report import _REPORT, AdaptationReport, Case, read_report
+from gaitsim_adaptation.settings import AdaptationSettings
+from gaitsim_adaptation.trials import Trial, proposal_of
 from gaitsim_hardware.calibration import default_calibration
 from gaitsim_hardware.calibration_file import format_template, read_calibration
+from gaitsim_imitation import load_imitator
+from gaitsim_imitation.imitator import Imitation, Imitator, save_imitator
 from gaitsim_page.gallery import KIND, RECORD as GALLERY, _own_files
 from gaitsim_robot import child
 from gaitsim_robot.importing import import_robot
@@ -82,6 +78,9 @@ from gaitsim_robot.importing.meshes import MeshError, decode
 from gaitsim_robot.loading import bundled_text
 from gaitsim_robot.organism import Robot
 from gaitsim_serve.server import ServedApp
+from gaitsim_studies.file import cells, parse_study, read_study
+from gaitsim_studies.results import sections, write_results
+from gaitsim_studies.running import CELLS, read_result, run_cells
 from gaitsim_wire.identification import read_recording
 from gaitsim_wire.trials import _LOG, Log, Trial as RobotTrial, read_log
 
@@ -471,7 +470,10 @@ FORKED = SimpleNamespace(
     run=run_forked, TimeoutExpired=subprocess.TimeoutExpired
 )  # in place of the module `subprocess`
 
-DOG = FIXTURES / "robots/dog_description/urdf/dog.urdf"
+DOG = (
+    FIXTURES.parents[1]
+    / "plugins/gaitsim-robot/tests/fixtures/robots/dog_description/urdf/dog.urdf"
+)
 URDF = DOG.read_text().replace("package://dog_description/meshes/shank.dae", "foot.obj")
 EQUALITY = """<equality><joint joint1="FR_knee" joint2="FL_knee" polycoef="0 1 0 0 0"/>
 <connect body1="FR_shank" body2="trunk" anchor="0 0 0" active="false"/></equality>
@@ -654,11 +656,6 @@ def runtime(kind, **content):
 
 FILES = {
     "config.toml": Reader(written("config.toml", CONFIG), read_settings, TOML),
-    "keys.json": Reader(
-        written("keys.json", '{"home.new": 1, "live.go": 2}'),
-        lambda path: Hints(path).is_needed("home.new"),
-        JSON,
-    ),
     "gallery.json": Reader(
         written(GALLERY, json.dumps({"kind": KIND, "files": ["pages/a.html"], "runs": []})),
         lambda path: _own_files(path.parent),

@@ -5,10 +5,10 @@ from typing import get_args
 import pytest
 
 from gaitsim import choices, network
-from gaitsim.imitation import learning
 from gaitsim.render import film, scene
 from gaitsim.render.plots import style
 from gaitsim.render.terminal.body import NAMED
+from gaitsim_imitation import learning
 
 
 @pytest.mark.parametrize(

@@ -22,6 +22,9 @@ class Action(BaseModel):
         title: name in menus; '' for actions that no menu offers.
         terminal: whether it needs the terminal, and cannot run in the background.
         not_in_forms: options that forms do not show.
+        menu: menu of the terminal UI that offers the command of a package: 'More' in the export
+            dialog, or a dialog of its own; '' for none.
+        remembered: options that forms keep for the next time.
         plugins: kind of plugins whose options the command has, too; '' for none.
     """
 
@@ -29,6 +32,8 @@ class Action(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, defer_build=True)
 
     title: ClassVar[str] = ""
+    menu: ClassVar[str] = ""
+    remembered: ClassVar[tuple[str, ...]] = ()
     terminal: ClassVar[bool] = False
     not_in_forms: ClassVar[tuple[str, ...]] = ("out", "json_lines")
     plugins: ClassVar[str] = ""

@@ -15,7 +15,7 @@ from gaitsim.contracts.plugin import option
 
 if TYPE_CHECKING:
     from gaitsim.gait import GaitAnalysis
-    from gaitsim.gait.unseen import UnseenResults
+    from gaitsim.gait.worlds import UnseenResults
     from gaitsim.individual import Individual
 
 
@@ -81,23 +81,24 @@ class Analyse(OneIndividual):
 
     def do(self) -> None:
         """Print the report."""
+        from functools import partial
+
         from gaitsim.console.printing import echo, output, print_json, report_files, status
         from gaitsim.console.progress_bar import Progress
 
         with status("Simulating the champion …" if self.gait is None else f"Playing {self.gait} …"):
             from gaitsim.console.analysis_view import (
                 print_gait,
-                print_robustness,
                 print_score_breakdown,
                 print_section,
             )
-            from gaitsim.console.unseen import (
-                check_with_progress,
-                check_worlds,
-                compare_blind_with_progress,
-                evaluate_with_progress,
+            from gaitsim.console.unseen import check_worlds, with_progress
+            from gaitsim.gait import (
+                analyse_individual,
+                check_gait,
+                compare_blind,
+                evaluate_unseen,
             )
-            from gaitsim.gait import analyse_individual
             from gaitsim.gait.robustness import measure_robustness
             from gaitsim.gait.to_dict import analysis_to_dict
             from gaitsim.render.plots.style import check_target
@@ -106,6 +107,7 @@ class Analyse(OneIndividual):
                 compare_engines,
                 compare_with_twin,
                 feedback_results,
+                perturbation_results,
                 world_results,
             )
             from gaitsim.storage.snapshot import RunSnapshot
@@ -119,11 +121,24 @@ class Analyse(OneIndividual):
             found = analyse_individual(individual)
         unseen = None
         if self.worlds is not None:
-            unseen = evaluate_with_progress(
-                individual, self.worlds, self.world_seed, workers=self.workers
+            unseen = with_progress(
+                "unseen worlds",
+                partial(
+                    evaluate_unseen,
+                    individual,
+                    self.worlds,
+                    seed=self.world_seed or 0,
+                    workers=self.workers,
+                ),
             )
-        checks = check_with_progress(individual, self.workers)
-        feedback = compare_blind_with_progress(individual, self.workers)
+        checks = with_progress(
+            "checking whether the gait holds",
+            partial(check_gait, individual, workers=self.workers),
+        )
+        feedback = with_progress(
+            "walking with and without reflexes",
+            partial(compare_blind, individual, workers=self.workers),
+        )
         if self.figure is not None:
             _plot(individual, found, unseen, self.figure)
             report_files(self.figure)
@@ -150,9 +165,8 @@ class Analyse(OneIndividual):
             return
         print_gait(individual, found)
         print_score_breakdown(individual, history)
-        if robustness is not None:
-            print_robustness(robustness)
-        sections = [check_results(checks)] if checks else []
+        sections = [perturbation_results(robustness)] if robustness else []
+        sections += [check_results(checks)] if checks else []
         sections += [feedback_results(feedback)] if feedback else []
         sections += [compare_with_twin(individual, twin)] if twin else []
         sections += [compare_engines(individual, elsewhere)] if elsewhere else []

@@ -12,7 +12,7 @@ from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 
 if TYPE_CHECKING:
-    from gaitsim.study.compare_runs import ComparedRun
+    from gaitsim.storage.compare_runs import ComparedRun
 
 ROWS = 14  # lines of the curves in the terminal
 WIDEST = 100  # columns of the curves, at most
@@ -55,14 +55,14 @@ class Differences(Action):
         from gaitsim.console.printing import echo, notice, print_json
         from gaitsim.render.plots.overlay import plot_overlay
         from gaitsim.render.plots.style import THEMES, check_target
-        from gaitsim.storage.files.folder import find_run
-        from gaitsim.study.compare_runs import (
+        from gaitsim.storage.compare_runs import (
             RunsReader,
             differing_options,
             fair_axis,
             least_evaluations,
             warning,
         )
+        from gaitsim.storage.files.folder import find_run
 
         if self.plot is not None:
             check_target(self.plot)
@@ -106,7 +106,7 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
     from gaitsim.render.terminal.curve_view import CurveView
     from gaitsim.render.terminal.curves import plot, sample
     from gaitsim.render.terminal.text import visible
-    from gaitsim.study.compare_runs import comparison_table, quantity_label
+    from gaitsim.storage.compare_runs import comparison_table, quantity_label
 
     console = output()
     drawn = [one for one in runs if one.history]

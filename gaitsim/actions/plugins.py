@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from pydantic import ConfigDict, ValidationError
 from rich.text import Text
 
-from gaitsim.actions.action import JSON, Action, argument
-from gaitsim.console.printing import notice, output, print_facts, print_json, print_table
+from gaitsim.actions.action import Action, argument
+from gaitsim.console.printing import notice, output, print_facts, print_table
 from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.registry import PLUGINS, entries, find, load_class, unreadable
@@ -20,7 +20,7 @@ from gaitsim.registry.options import OPERATORS
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Organism
-    from gaitsim.testing import Report
+    from gaitsim.testing.checking import Checked
 
 
 BROKEN = 1  # exit code if a plugin has errors
@@ -136,8 +136,6 @@ class CheckPlugins(Action):
     gaitsim plugins new hopper
 
     gaitsim plugins check ./hopper --strict
-
-    gaitsim plugins check --json > findings.jsonl
     """
 
     model_config = ConfigDict(allow_inf_nan=True)  # the check itself explains its time limits
@@ -149,16 +147,15 @@ class CheckPlugins(Action):
         unset="all installed plugins",
         completion="plugin_names",
     )
-    seconds: float = option(120.0, "time limit for each plugin", placeholder="SECONDS")
+    seconds: float = option(120.0, "time limit for each check of a plugin", placeholder="SECONDS")
     strict: bool = option(False, "exit with code 1 even if the check finds no errors, only advice")
-    json_lines: bool = JSON
 
     def do(self) -> None:
-        """Check the plugins, and print a report on each."""
+        """Check the plugins, and print what each check found."""
         from gaitsim.console.interrupts import interruptible
         from gaitsim.console.progress_bar import Progress
-        from gaitsim.testing import check_plugins
-        from gaitsim.testing.rules.packages import select_plugins
+        from gaitsim.testing.checking import check_plugins
+        from gaitsim.testing.packages import select_plugins
 
         good = True
         with (
@@ -166,40 +163,31 @@ class CheckPlugins(Action):
             select_plugins(self.reference) as found,
             Progress("checking", "plugins", len(found.entries)) as progress,
         ):
-            for report in check_plugins(found, seconds=self.seconds):
-                if self.json_lines:
-                    print_json(report.to_json())
-                else:
-                    _print_report(report)
-                good &= report.ok and not (self.strict and report.findings)
+            for checked in check_plugins(found, seconds=self.seconds):
+                _print_findings(checked)
+                good &= not (checked.broken or (self.strict and checked.advice))
                 progress.advance()
         if not good:
             sys.exit(BROKEN)
 
 
-def _print_report(report: Report) -> None:
+def _print_findings(checked: Checked) -> None:
     console = output()
-    head = Text("✓ " if report.ok else "✗ ", "green" if report.ok else "red")
-    head.append(f"{report.entry.kind} {report.entry.name}", "bold")
-    head.append(f"  {report.entry.source}{_figures(report)}")
+    head = Text("✗ " if checked.broken else "✓ ", "red" if checked.broken else "green")
+    head.append(f"{checked.entry.kind} {checked.entry.name}", "bold")
+    head.append(f"  {checked.entry.source}")
+    if rate := checked.rate:
+        head.append(f"  {f'{rate:,.0f}' if rate >= 10 else f'{rate:.2g}'} individuals/s")
     console.print(head)
-    for finding in report.findings:
-        style = "red" if finding.level == "error" else "yellow"
-        first, *rest = str(finding).split("\n")
-        console.print(f"  {first}", style=style)
-        for line in rest:
-            console.print(f"  {line}")
-
-
-def _figures(report: Report) -> str:
-    figures = report.figures
-    parts = []
-    if "import_seconds" in figures:
-        parts.append(f"imported in {figures['import_seconds']:.2f} s")
-    if "individuals_per_second" in figures:
-        rate = figures["individuals_per_second"]
-        parts.append((f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}") + " individuals/s")
-    return "  " + ", ".join(parts) if parts else ""
+    for level, style, texts in (
+        ("error", "red", checked.broken),
+        ("advice", "yellow", checked.advice),
+    ):
+        for text in texts:
+            first, *rest = text.split("\n")
+            console.print(f"  {level}: {first}", style=style)
+            for line in rest:
+                console.print(f"  {line}")
 
 
 class NewPlugin(Action):

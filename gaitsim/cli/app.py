@@ -29,25 +29,11 @@ app = group(
         "play": "Play a champion in the terminal until Ctrl-C.",
         "analyse": "Report which gait evolved and how its score is made up.",
         "steer": "Steer a body with the keyboard: drive a robot in physics, or fly a fly.",
-        "drive": "Drive a real robot with the keyboard: stream a gait to its servos, 50 times a "
-        "second.",
-        "adapt": "Find a gait for a damaged body in a few trials, guided by an atlas.",
-        "imitate": "Train a network to imitate the champion or a gait file, and evaluate the "
-        "gait that the network generates.",
-        "study": "Evolve every combination of chosen options, and say which of them matter.",
-        "compare": "Compare experiments statistically, with the same number of evaluations for "
-        "each repeat.",
         "differences": "Compare runs: their curves, results and differing options.",
         "share": "Print the champion as a challenge code, which others can verify.",
-        "gallery": "Create a website from a folder of runs, with a page for each run that plays "
-        "its champion.",
-        "playground": "Write a web page (one file) on which visitors evolve a spider, even "
-        "offline.",
         "verify": "Repeat a run, study, adaptation or challenge code, and compare every bit.",
         "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
-        "serve": "Open the terminal UI in a browser, by default on this machine only.",
         "experiments": "List and show presets: the experiments that packages provide.",
-        "robots": "Check, list, emulate, calibrate and identify robots, and evolve gaits on them.",
         "plugins": "List, show and check plugins, and create new ones.",
     },
     {
@@ -81,10 +67,7 @@ app = group(
         "video": "video:MakeVideo",
         "play": "play:Play",
         "analyse": "analyse:Analyse",
-        "adapt": "adapt:Adapt",
-        "imitate": "imitate:Imitate",
-        "study": "study:RunStudy",
-        "compare": "compare:CompareExperiments",
+        "steer": "gaitsim.cli.steer:Steer",
         "differences": "differences:Differences",
         "share": "share:Share",
         "verify": "verify:VerifyResults",
@@ -95,20 +78,6 @@ app = group(
                 "show": "Print an experiment as TOML with all its options, to edit and run.",
             },
             {"list": "experiments:ListExperiments", "show": "experiments:ShowExperiment"},
-        ),
-        "robots": (
-            {
-                "list": "List the installed robots and servos.",
-                "check": "Check whether a robot file can be used, and show its contents.",
-                "calibrate": "Calibrate a real robot by hand: find direction, zero and limits of "
-                "each servo.",
-                "emulate": "Emulate a robot on a serial port: its servos and its body, in real "
-                "time.",
-                "adapt": "Find a gait for a damaged robot in a few trials, which the robot plays.",
-                "evolve": "Improve a gait on the real robot: CMA-ES, whose gaits the robot plays.",
-                "identify": "Fit the simulation of a robot to recordings of 'gaitsim drive'.",
-            },
-            {"list": "robots:ListRobots", "check": "robots:CheckRobot"},
         ),
         "plugins": (
             {

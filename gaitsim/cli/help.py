@@ -5,9 +5,7 @@ import inspect
 import re
 import sys
 from collections.abc import Mapping
-from contextlib import suppress
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar, get_args
 
@@ -20,9 +18,6 @@ from gaitsim.errors import GaitsimError, PluginError, nearest
 
 if TYPE_CHECKING:
     from gaitsim.registry import Entry
-
-SCREENS = ("tui", "serve")
-"""Commands whose standard output is a screen or the log of a server."""
 
 PLACEHOLDERS = {
     "int": "N",
@@ -75,7 +70,7 @@ class StyledCommand(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command, keeping its results apart from the output of plugins."""
-        if self.name not in SCREENS:
+        if self.name != "tui":  # whose standard output is a screen
             streams.isolate_results()
         if not gc.isenabled():  # `main` disabled it for the imports
             # Excludes what is imported so far from collections: 70 of 850 ms of `gaitsim show`.
@@ -88,15 +83,13 @@ class LazyGroup(TyperGroup):
     """A group that imports the module of a command only when that command is used.
 
     Until then, a stub with one line of help represents it, which suffices for the group's help,
-    completion and suggestions. Commands of packages without a line here are imported for it.
+    completion and suggestions. The line of a package's command is read from its source.
 
     Attributes:
         lines: one line of help by command name, equal to the start of the command's docstring.
-        places: places of the commands. A command with a line but no place is an entry point of a
-            plugin package.
-        extensible: whether other packages can add commands.
-        prefix: start of the names of entry points of a nested group, such as 'robots.'; '' of all
-            commands.
+        places: places of the commands; those without a place are entry points of packages.
+        extensible: whether packages can add commands.
+        prefix: start of the names of entry points of a nested group, such as 'robots.'.
     """
 
     lines: ClassVar[Mapping[str, str]]
@@ -124,8 +117,7 @@ class LazyGroup(TyperGroup):
 
     def list_commands(self, ctx: Any) -> list[str]:
         """Return the names of all commands, those that packages add last."""
-        if self.extensible and _packages_add_commands():
-            self._add_commands_of_packages()
+        self._add_commands_of_packages()
         return super().list_commands(ctx)
 
     def get_command(self, ctx: Any, cmd_name: str) -> Any:
@@ -145,6 +137,11 @@ class LazyGroup(TyperGroup):
             return get_command(nested)
         if place is None:
             function = self._import_from_package(self.prefix + name)
+            if function is None:
+                line = self.commands[name].help or ""
+                nested = group({}, {}, extensible=True, prefix=f"{self.prefix}{name}.", help=line,
+                               callback=_no_options, add_completion=False)  # fmt: skip
+                return get_command(nested)
         else:
             module, _, attribute = place.partition(":")
             prefix = "" if module.startswith("gaitsim") else "gaitsim.actions."
@@ -162,7 +159,8 @@ class LazyGroup(TyperGroup):
         from gaitsim.registry import COMMANDS, entries
 
         claims = [claim for name, found in entries(COMMANDS).items() for claim in found]
-        return {f"{one.name} ({one.package})": one for one in claims if one.name in self.places}
+        own = {self.prefix + name for name in self.places}
+        return {f"{one.name} ({one.package})": one for one in claims if one.name in own}
 
     def _add_commands_of_packages(self) -> None:
         """Add a stub for each command that packages add; its line is its error if it has one."""
@@ -172,19 +170,29 @@ class LazyGroup(TyperGroup):
 
         if not self.extensible:
             return
-        for name in (*entries(COMMANDS), *self._refused()):
-            if name in self.commands or name.partition(".")[0] in self.places:
-                continue
-            try:
-                doc = inspect.getdoc(self._import_from_package(name)) or ""
-                line = " ".join(doc.partition("\n\n")[0].split())
-            except GaitsimError as error:
-                line = error.what
-            self.commands[name] = TyperCommand(name, help=escape(line))
+        found = [name for name in entries(COMMANDS) if name.startswith(self.prefix)]
+        names = [name.removeprefix(self.prefix).partition(".")[0] for name in found]
+        for name in (*dict.fromkeys(names), *self._refused()):
+            if name not in self.commands:
+                line = escape(self._line(self.prefix + name))
+                self.commands[name] = TyperCommand(name, help=line)
+
+    def _line(self, name: str) -> str:
+        """Return the line of help of a command or group that a package adds, or its error."""
+        from gaitsim.registry import COMMANDS, find
+        from gaitsim.registry.loading import summary
+
+        try:
+            if name not in self._refused() and (line := summary(find(COMMANDS, name))):
+                return line
+            doc = inspect.getdoc(self._import_from_package(name)) or ""
+        except GaitsimError as error:
+            return error.what
+        return " ".join(doc.partition("\n\n")[0].split())
 
     def _import_from_package(self, name: str) -> Any:
-        """Return the function or action of a command that is an entry point."""
-        from gaitsim.registry import COMMANDS, find
+        """Return the function or action of a command that is an entry point; None for a group."""
+        from gaitsim.registry import COMMANDS, entries, find
         from gaitsim.registry.loading import load_object
 
         if refused := self._refused().get(name):
@@ -193,28 +201,18 @@ class LazyGroup(TyperGroup):
                 where=refused.target,
                 remedy=f"ask the author of {refused.package} to choose another name",
             )
+        if any(one.startswith(f"{name}.") for one in entries(COMMANDS)):
+            return None
         entry = find(COMMANDS, name)
         found = load_object(entry)
         if not (inspect.isfunction(found) or _is_action(found)):
             raise PluginError(
                 f"{entry} is neither a function nor an action, but a {type(found).__name__}",
                 where=entry.target,
-                allowed="a function for Typer, or a subclass of gaitsim.actions.action.Action",
+                allowed="a function for Typer, or a subclass of gaitsim.plugin.Action",
                 remedy=f"correct the entry point in the pyproject.toml of {entry.package}",
             )
         return found
-
-
-def _packages_add_commands() -> bool:
-    """Return whether another package has commands; `importlib.metadata` would take 18 ms longer."""
-    files = (file for one in sys.path for file in Path(one).glob("*-info/entry_points.txt"))
-    with suppress(OSError, ValueError):  # a folder that cannot be read, or is none
-        return any(
-            b"[gaitsim.command]" in file.read_bytes()
-            for file in files
-            if not file.parent.name.startswith("gaitsim-")
-        )
-    return True
 
 
 def _is_action(found: object) -> bool:

@@ -9,7 +9,6 @@ from rich.text import Text
 
 from gaitsim.console.printing import output, print_table
 from gaitsim.gait import Footfalls, GaitAnalysis
-from gaitsim.gait.robustness import Robustness
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.explanation import (
     Passage,
@@ -148,23 +147,3 @@ def print_section(section: Passage) -> None:
         print_table(section.columns, section.rows, section.numbers)
     for note in section.notes:
         console.print(note)
-
-
-def print_robustness(found: Robustness) -> None:
-    """Print the score under each perturbation, and whether it collapses."""
-    console = output()
-    console.print("\nRobustness to perturbations", style="bold")
-    if found.perturbations:
-        rows = [
-            (p.name, number(p.score), f"{100 * p.fall:.0f} %", Text(p.sign, style="red"))
-            for p in found.perturbations
-        ]
-        numbers = "score", "falls by"
-        print_table(["perturbation", *numbers, ""], rows, numbers)
-        console.print(
-            f"A fall of 100 % is {number(found.worth)}: the absolute value of the score, or its "
-            "gain since the first generation if that is larger. Random perturbations are means of "
-            "ten draws."
-        )
-    for missing in found.missing:
-        console.print(f"Not available: {missing}.", style="yellow")

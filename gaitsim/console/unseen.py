@@ -1,16 +1,21 @@
-"""Evaluate gaits in unseen worlds from the command line, with a progress bar."""
+"""Evaluate gaits in several worlds from the command line, with a progress bar."""
 
 from collections.abc import Callable
+from contextlib import ExitStack
+from functools import partial
 from typing import TypeVar
 
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import notice
 from gaitsim.console.progress_bar import Progress
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.worlds import Ranges, conditions_of
-from gaitsim.gait.checks import CheckResults, check_gait, worlds_of
-from gaitsim.gait.feedback import REPORTED, FeedbackResults, blinded, compare_blind
-from gaitsim.gait.unseen import UnseenResults, check_request, evaluate_unseen
+from gaitsim.gait.worlds import (
+    CheckResults,
+    UnseenResults,
+    check_gait,
+    check_request,
+    evaluate_unseen,
+)
 from gaitsim.individual import Individual
 from gaitsim.storage.snapshot import RunSnapshot
 
@@ -35,46 +40,23 @@ def check_worlds(number: int | None, seed: int | None) -> None:
         )
 
 
-def evaluate_with_progress(
-    individual: Individual,
-    number: int,
-    seed: int | None = None,
-    *,
-    workers: int | None = None,
-    ranges: Ranges | None = None,
-    what: str = "unseen worlds",
-) -> UnseenResults:
-    """Evaluate a gait in unseen worlds, and show the progress."""
-    conditions_of(individual.experiment)
-    with Progress(what, "worlds") as progress:
-        return evaluate_unseen(
-            individual,
-            number,
-            seed=seed or 0,
-            ranges=ranges,
-            workers=workers,
-            begin=progress.expect,
-            advance=progress.advance,
-        )
+def with_progress(what: str, evaluate: Callable[..., Result]) -> Result:
+    """Evaluate a gait in worlds, and show the progress from the first world on.
 
+    Args:
+        what: description for the progress bar.
+        evaluate: function with the arguments `begin` and `advance` of `evaluate_in`.
+    """
+    with ExitStack() as bars:
+        shown: list[Progress] = []
 
-def check_with_progress(individual: Individual, workers: int | None = None) -> CheckResults | None:
-    """Check whether a gait holds, and show the progress; None if its body names no checks."""
-    worlds = worlds_of(individual.experiment)
-    if not worlds:
-        return None
-    with Progress("checking whether the gait holds", "worlds", len(worlds)) as progress:
-        return check_gait(individual, workers=workers, advance=progress.advance)
+        def begin(total: int) -> None:
+            shown.append(bars.enter_context(Progress(what, "worlds", total)))
 
+        def advance(worlds: int) -> None:
+            shown[0].advance(worlds)
 
-def compare_blind_with_progress(
-    individual: Individual, workers: int | None = None
-) -> FeedbackResults | None:
-    """Compare a gait with and without reflexes, and show the progress; None without reflexes."""
-    if blinded(individual) is None:
-        return None
-    with Progress("walking with and without reflexes", "worlds", REPORTED) as progress:
-        return compare_blind(individual, workers=workers, advance=progress.advance)
+        return evaluate(begin=begin, advance=advance)
 
 
 def check_champion(champion: Individual, workers: int | None = None) -> CheckResults | None:
@@ -84,7 +66,9 @@ def check_champion(champion: Individual, workers: int | None = None) -> CheckRes
         None if its body names no checks, or after a notice of why there is no result.
     """
     return _skippable(
-        "the checks of whether the gait holds", lambda: check_with_progress(champion, workers)
+        "the checks of whether the gait holds",
+        "checking whether the gait holds",
+        partial(check_gait, champion, workers=workers),
     )
 
 
@@ -102,18 +86,18 @@ def evaluate_champion(
         return None
     evaluated = int(run.history["evaluations"][-1]) * max(1, worlds.count)
     number = min(AT_END, max(FEWEST_AT_END, evaluated // 10))
-    what = f"{number} unseen worlds (Ctrl-C skips them)"
     return _skippable(
         "the evaluation in unseen worlds",
-        lambda: evaluate_with_progress(champion, number, workers=workers, what=what),
+        f"{number} unseen worlds (Ctrl-C skips them)",
+        partial(evaluate_unseen, champion, number, workers=workers),
     )
 
 
-def _skippable(what: str, evaluate: Callable[[], Result | None]) -> Result | None:
+def _skippable(what: str, shown: str, evaluate: Callable[..., Result | None]) -> Result | None:
     """Return a result; None after a notice if Ctrl-C skips it, or if it fails."""
     try:
         with interruptible():
-            return evaluate()
+            return with_progress(shown, evaluate)
     except KeyboardInterrupt:
         notice(f"Skipped {what}.")
     except GaitsimError as error:

@@ -9,8 +9,6 @@ from gaitsim.gait.changed import (
     with_damage,
     with_world,
 )
-from gaitsim.gait.checks import CheckResults, check_gait
-from gaitsim.gait.feedback import FeedbackResults, compare_blind
 from gaitsim.gait.report import (
     Footfalls,
     GaitAnalysis,
@@ -20,7 +18,14 @@ from gaitsim.gait.report import (
     quantities,
 )
 from gaitsim.gait.travel import stability_margin
-from gaitsim.gait.unseen import UnseenResults, evaluate_unseen
+from gaitsim.gait.worlds import (
+    CheckResults,
+    FeedbackResults,
+    UnseenResults,
+    check_gait,
+    compare_blind,
+    evaluate_unseen,
+)
 
 __all__ = [
     "CheckResults",

@@ -18,6 +18,7 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from importlib.metadata import Distribution, EntryPoint, distributions
 from keyword import iskeyword
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
 from gaitsim.errors import ContractError, GaitsimError, MissingFunctionError, PluginError, nearest
@@ -39,7 +40,18 @@ STUDIES = "studies"
 FILES = "files"
 """File formats that describe a body: the name of the entry point is the suffix of the files."""
 COMMANDS = "command"
-"""Commands: a function for Typer, or a subclass of `gaitsim.actions.action.Action`."""
+"""Commands: a function for Typer, or an action; the name of one in a group has a dot. A module is a
+group, whose help is the module's docstring."""
+SCREENS = "screen"
+"""Commands of the terminal UI: subclasses of `gaitsim.screen.ScreenCommand`."""
+FUNCTIONS = "python"
+"""Functions and classes that `import gaitsim as gs` offers as `gs.NAME`."""
+VERIFIERS = "verifier"
+"""Verifiers of files that are not runs; see `gaitsim.storage.verification.Verifier`."""
+ENGINES = "engine"
+"""Physics engines of bodies that support several: a module, whose content the body determines."""
+STEER = "steer"
+"""Presets that menus offer for steering."""
 PYTHON = "python:"
 """Prefix of the names of functions and classes that a user passes in Python."""
 
@@ -49,7 +61,7 @@ class Entry:
     """One name that a package registers.
 
     Attributes:
-        kind: one of `PLUGINS`, `EXPERIMENTS`, `STUDIES`, `FILES` or `COMMANDS`.
+        kind: one of `PLUGINS`, or of the other constants above.
         name: name that a user types.
         target: object to import, `module:Class`.
         package: distribution that registers the name.
@@ -90,6 +102,11 @@ _NOUNS = {
     STUDIES: "study",
     FILES: "format",
     COMMANDS: "command",
+    SCREENS: "screen",
+    FUNCTIONS: "function",
+    VERIFIERS: "verifier",
+    ENGINES: "physics engine",
+    STEER: "steered preset",
     REFLEX: "reflex",
     "plot": "kind of plot",
     "exporter": "format",
@@ -97,7 +114,9 @@ _NOUNS = {
 Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
-_ALL = (*PLUGINS, EXPERIMENTS, STUDIES, FILES, COMMANDS)
+_ALL = (
+    *PLUGINS, EXPERIMENTS, STUDIES, FILES, COMMANDS, SCREENS, FUNCTIONS, VERIFIERS, ENGINES, STEER,
+)  # fmt: skip
 _GROUPS = {f"gaitsim.{kind}": kind for kind in _ALL}
 
 
@@ -143,6 +162,9 @@ def _read(path: tuple[object, ...]) -> dict[str, Entries]:
 
 def _points(distribution: Distribution) -> Sequence[EntryPoint]:
     try:
+        # Parsing all files of a hundred packages would take 5 ms.
+        if "[gaitsim." not in (distribution.read_text("entry_points.txt") or ""):
+            return ()
         return distribution.entry_points
     except Exception:  # the type depends on how the file is damaged
         return ()
@@ -190,7 +212,7 @@ def find(kind: str, name: str) -> Entry:
         raise PluginError(
             f"unknown {what} {name!r}",
             allowed=", ".join(known) or f"none, because no installed package provides a {what}",
-            remedy=nearest(name, list(known)),
+            remedy=install_hint(kind, name) or nearest(name, list(known)),
         )
     claims = known[name]
     if len(claims) > 1:
@@ -200,6 +222,17 @@ def find(kind: str, name: str) -> Entry:
             remedy="uninstall one of them, or ask its author to choose another name",
         )
     return claims[0]
+
+
+def install_hint(kind: str, name: str) -> str:
+    """Return how to install the package of gaitsim that provides a name; '' if none does."""
+    import tomllib
+
+    text = Path(__file__).with_name("packages.toml").read_text(encoding="utf-8")
+    for package, kinds in tomllib.loads(text).items():
+        if name in kinds.get(kind, ()):
+            return f"pip install {package} (in a clone of gaitsim: pip install plugins/{package})"
+    return ""
 
 
 class _Call(NamedTuple):

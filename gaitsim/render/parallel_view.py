@@ -1,7 +1,7 @@
 """Parallel coordinates: an axis for each quantity, and a line across them for each item.
 
-Inselberg 1985, "The plane with parallel coordinates". The items are the members of a front or an
-archive, or the cells of a study.
+Inselberg 1985, "The plane with parallel coordinates". The items are, for example, the members of a
+front or an archive.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -13,17 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Members
-from gaitsim.errors import GaitsimError, unknown
+from gaitsim.errors import unknown
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
 from gaitsim.individual import Member
 from gaitsim.registry import plugin_errors
 from gaitsim.render.ticks import clipped, ends_of, labels, ticks
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.file import EXPERIMENT, Cell, Scalar, Study
-from gaitsim.study.running import Best
 
-MAX_CHOICES = 12  # an option with more numbers has an axis of numbers instead of one of choices
 SPREAD = 0.5  # distance between the outermost items with the same choice, in choices
 _CHUNK = 100  # members that are simulated at once
 SCORE = "score"
@@ -76,15 +73,6 @@ class ParallelAxis:
             return list(zip(self.share(at.astype(float)).tolist(), words, strict=True))
         values = ticks(*self.ends, most)
         return list(zip(self.share(values).tolist(), labels(values), strict=True))
-
-    def text(self, item: int) -> str:
-        """Return the value of an item, with the unit."""
-        value = float(self.values[item])
-        if np.isnan(value):
-            return "–"
-        if self.choices:
-            return self.choices[int(value)]
-        return f"{value:.4g} {self.unit}".rstrip().replace("-", "−")
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,42 +136,6 @@ class ParallelView:
         axes += _measured(experiment, members, [one for one in measures if one != SCORE])
         axes.append(ParallelAxis(SCORE, members.scores, unit_of(SCORE), "max"))
         return cls(tuple(axes), "members")
-
-    @classmethod
-    def of_study(cls, study: Study, found: Sequence[tuple[Cell, Best]]) -> "ParallelView":
-        """Return the finished cells of a study: their options and mean last best scores.
-
-        A cell in which a repeat failed has no score.
-
-        Raises:
-            GaitsimError: no cell is finished.
-        """
-        if not found:
-            raise GaitsimError(
-                f"no cell of the study {study.name} is finished",
-                remedy="let the study run until some cells are finished",
-            )
-        axes = []
-        for axis in (EXPERIMENT, *study.axes):
-            values: list[Scalar] = (
-                [*study.experiments] if axis == EXPERIMENT else study.values(axis)
-            )
-            if len(values) < 2:
-                continue
-            points = [cell.point[axis] for cell, _ in found]
-            numbers = all(isinstance(v, int | float) and not isinstance(v, bool) for v in values)
-            if numbers and len(values) > MAX_CHOICES:
-                axes.append(ParallelAxis(axis, np.array(points, np.float64)))
-            else:
-                at = np.array([values.index(point) for point in points], np.float64)
-                axes.append(ParallelAxis(axis, at, choices=tuple(map(str, values))))
-        with np.errstate(over="ignore"):
-            means = np.array([best[:, -1].mean() for _, best in found])
-        scores = np.where(np.isfinite(means), means, np.nan)
-        units = {cell.experiment.fitness.unit for cell, _ in found}
-        unit = units.pop() if len(units) == 1 else ""
-        axes.append(ParallelAxis("mean best score", scores, unit, "max"))
-        return cls(tuple(axes), "cells")
 
 
 def _measured(

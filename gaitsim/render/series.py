@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from gaitsim.study.compare_runs import ComparedRun
+    from gaitsim.storage.compare_runs import ComparedRun
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +36,8 @@ def run_curves(runs: Iterable["ComparedRun"], quantity: str, by: str) -> list[Se
 
     Args:
         runs: the runs to compare.
-        quantity: vertical axis, a name in `gaitsim.study.compare_runs.QUANTITIES`.
-        by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
+        quantity: vertical axis, a name in `gaitsim.storage.compare_runs.QUANTITIES`.
+        by: horizontal axis, a name in `gaitsim.storage.compare_runs.AXES`.
     """
     return [
         Series(one.label, one.axis(by), one.history[quantity], one.stage_starts)

@@ -204,6 +204,7 @@ def _fixed_option_error(what: str, key: str, allowed: str) -> GaitsimError:
         where=f"command line, key {key}",
         allowed=allowed,
         remedy="start a new run: 'gaitsim run' with --from starts from this run's champion",
+        key=key,
     )
 
 

@@ -5,7 +5,7 @@ Changes are stored as the values of `--set`, so the UI can build only experiment
 """
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -169,7 +169,8 @@ class Validation:
         problems: problems by key or section; '' for a problem elsewhere.
         forms: forms of the sections by name.
         offered: plugins that work with the other parts, by kind.
-        toml: experiment file with long values shortened; '' if the experiment has problems.
+        toml: experiment file with long values shortened; '' if it cannot be read.
+        effect: a line about the effect of the experiment; '' if it has problems.
         warnings: likely mistakes in the options of the body.
     """
 
@@ -179,6 +180,7 @@ class Validation:
     forms: Mapping[str, Form]
     offered: Mapping[str, tuple[str, ...]]
     toml: str
+    effect: str = ""
     warnings: tuple[str, ...] = ()
 
     @property
@@ -191,10 +193,11 @@ class Validation:
         """The name of the experiment."""
         return self.builder.changes.get("name", str(self.builder.preset.values["name"]))
 
-    def summary(self, run: Path) -> str:
-        """Return a line: where the experiment would run, or its first problem."""
+    @property
+    def summary(self) -> str:
+        """The effect of the experiment with warnings, or its first problem."""
         if not self.problems:
-            return "\n⚠ ".join([f"✓ Ready to run as {run}", *self.warnings])
+            return "\n⚠ ".join([self.effect, *self.warnings])
         key, first = next(iter(self.problems.items()))
         more = f"  (and {len(self.problems) - 1} more)" if len(self.problems) > 1 else ""
         parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
@@ -202,28 +205,49 @@ class Validation:
         return f"✗ {place}{'; '.join(filter(None, parts))}{more}"
 
 
-def validate(builder: ExperimentBuilder, catalogue: Catalogue) -> Validation:
-    """Check an experiment and find all its problems."""
+def validate(
+    builder: ExperimentBuilder,
+    catalogue: Catalogue,
+    effect: Callable[[Validation], str] = lambda found: "",
+) -> Validation:
+    """Check an experiment and find all its problems.
+
+    Args:
+        builder: builder of the experiment.
+        catalogue: installed plugins.
+        effect: function that returns a line about the effect of a valid experiment, or raises a
+            GaitsimError.
+    """
     problems: dict[str, GaitsimError] = {}
     experiment = None
     warnings: tuple[str, ...] = ()
     try:
         experiment = _experiment(builder)
         written, warnings = experiment.to_toml(brief=True), experiment.warnings()
-    except ExperimentError as error:
-        written = ""
-        for problem in error.problems:
-            option = ".".join(problem.key.split(".")[:2])  # not one of its items
-            problems.setdefault(option, problem)
     except GaitsimError as error:
-        written, problems[""] = "", error
+        written, problems = "", _by_option(error)
     forms = {
         section: _form(section, builder, catalogue)
         for section in SECTIONS
         if _uses(builder, catalogue, section)
     }
     offered = catalogue.offered(forms["organism"].plugin, experiment)
-    return Validation(builder, experiment, problems, forms, offered, written, warnings)
+    found = Validation(builder, experiment, problems, forms, offered, written, warnings=warnings)
+    if problems:
+        return found
+    try:
+        return replace(found, effect=effect(found))
+    except GaitsimError as error:
+        return replace(found, problems=_by_option(error))
+
+
+def _by_option(error: GaitsimError) -> dict[str, GaitsimError]:
+    """Return the problems of an error by the key of their option; '' for one without a key."""
+    problems: dict[str, GaitsimError] = {}
+    for problem in error.problems if isinstance(error, ExperimentError) else (error,):
+        option = ".".join((problem.key or "").split(".")[:2])  # not one of its items
+        problems.setdefault(option, problem)
+    return problems
 
 
 def _experiment(builder: ExperimentBuilder) -> Experiment:

@@ -1,4 +1,4 @@
-"""The user's settings: `config.toml` with a theme, notifications, hints, and keys by action.
+"""The user's settings: `config.toml` with a theme, notifications, and keys by action.
 
 Invalid settings are reported and ignored; the valid ones apply.
 """
@@ -54,7 +54,6 @@ class Config:
         columns: keys of the columns of the list of runs; () for the usual ones.
         sort: key to sort the runs by, with `-` for descending order; '' for the latest first.
         keys: keys by the ID of their action, such as `ctrl+d` for `home.delete`.
-        hints: whether screens show hints about keys.
         problems: problems of the file.
     """
 
@@ -65,7 +64,6 @@ class Config:
     columns: tuple[str, ...] = ()
     sort: str = ""
     keys: Mapping[str, str] = field(default_factory=dict)
-    hints: bool = True
     problems: tuple[GaitsimError, ...] = ()
 
 
@@ -89,7 +87,6 @@ class _Tui(BaseModel):
     model_config = ConfigDict(extra="forbid")
     theme: str | None = None
     notify: StrictBool = True
-    hints: StrictBool = True
     preview: StrictBool = True
     columns: tuple[str, ...] = ()
     sort: str = ""
@@ -106,7 +103,6 @@ _ALLOWED = {
     "keys": "a section [keys]",
     "tui.theme": "the name of a theme in quotes",
     "tui.notify": "true or false",
-    "tui.hints": "true or false",
     "tui.preview": "true or false",
     "tui.columns": "a list of keys",
     "tui.sort": "a key in quotes",

@@ -1,16 +1,20 @@
 """All actions of the terminal UI: their keys, labels, explanations and places in the palette.
 
 `bindings` makes the keys of a screen or a widget from its rows. What an action does, and whether it
-is available, is in the class that has the keys.
+is available, is in the class that has the keys. Packages add actions to all screens by the entry
+points `gaitsim.screen`, and rows for their own screens by `declare`.
 """
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from textual.binding import Binding, BindingType
 
 from gaitsim.choices import STEERING_KEYS
+from gaitsim.errors import GaitsimError
+from gaitsim.registry import SCREENS, entries, find
+from gaitsim.registry.loading import load_object
 
 
 class ScreenAction(NamedTuple):
@@ -30,6 +34,10 @@ class ScreenAction(NamedTuple):
         display: displayed key, if it is not the first one.
         priority: whether the key precedes those of the widget that has the focus.
         shown: whether the footer shows it.
+        on: what an action of a package applies to: any screen, the individual of a screen, or its
+            runs, two or more.
+        show: function that carries out the action of a package on a `GaitScreen`, such as by showing
+            another screen.
     """
 
     name: str
@@ -44,6 +52,8 @@ class ScreenAction(NamedTuple):
     display: str | None = None
     priority: bool = False
     shown: bool = True
+    on: Literal["screen", "individual", "runs"] = "screen"
+    show: Callable[[Any], object] | None = None
 
     @property
     def synonyms(self) -> str:
@@ -88,11 +98,18 @@ _MEMBER = [
     Shown("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
     Shown("why", "w", "Why", "Explain the score and name the gait"),
     Shown("export", "e", "Export", "Gait files, plots, videos, …"),
-    Shown("laboratory", "L", "Laboratory", "Remove legs from the body and adapt its gait"),
-    Shown("parallel", "p", "Parallel", "All members in parallel coordinates",
-          words="coordinates lines axes objectives measures"),
     Hidden("view", "v", "View", "From the corner, the side, above, or the front",
            words="camera side above front angle perspective"),
+]  # fmt: skip
+
+_FORM = [
+    Shown("search", "ctrl+f", "Find", "Search options", priority=True,
+          words="find option parameter filter rate"),
+    Hidden("words", "slash", "Search", "Search options", "search"),
+    Shown("reset", "ctrl+z", "Reset", "Undo all changes", words="undo default discard"),
+    Hidden("next", "ctrl+right", "Next", "Next tab", "tab(1)"),
+    Hidden("before", "ctrl+left", "Back", "Previous tab", "tab(-1)"),
+    Hidden("copy", "ctrl+y", "Copy", "The command", "app.copy_command"),
 ]  # fmt: skip
 
 ACTIONS: dict[str, list[ScreenAction]] = {
@@ -117,14 +134,9 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("page-up", "ctrl+u", "Page up", "Page up in a list", "vi('page_up')")],
     "screen": [
         Shown("back", "escape", "Back", "Previous screen"),
-        Hidden("studies", "u", "Studies", "Sweeps and comparisons over repeats",
-               words="sweep compare statistics repeats operators table surface report"),
         Hidden("steer", "D", "Steer", "Steer the body of the champion yourself with the keyboard",
                words="drive fly control arrow keys robot", why="Select a run with a champion.",
                where="At home, on a live run or in a replay, for a body that can be steered:"),
-        Hidden("drive", "W", "Real robot", "Drive your real robot with this gait, or calibrate it",
-               words="drive real hardware servo wire calibrate port", why="Select a run with a "
-               "champion.", where="At home, on a live run or in a replay, for a robot:"),
         Hidden("verify", "v", "Verify", "Repeat the run, study or trials and compare every bit",
                words="reproduce check identical bits checksum",
                why="Nothing that is finished is selected.",
@@ -158,8 +170,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               words="exports made open pictures videos plots", where="At home:"),
         Shown("why", "w", "Why", "Explain the champion's score",
               where="At home, on a live run or in a replay:"),
-        Shown("laboratory", "L", "Laboratory", "Remove legs from its body and adapt its gait",
-              where="At home, on a live run or in a replay, for a body with legs:"),
         Hidden("map", "M", "Map", "The archive as a map, or the front as a scatter plot",
                where="At home, on a live run or in a replay, for a run with an archive or front:"),
         Hidden("trash", "Z", "Trash", "List deleted runs, and restore them",
@@ -169,8 +179,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
                "110 × 30 or 150 × 20 characters are needed."),
         Hidden("columns", "C", "Columns", "Choose columns: any option or term of the score",
                words="fields options terms table show hide", where="At home:"),
-        Hidden("gallery", "B", "Gallery", "Write a web site of all runs here",
-               words="site browser web html page share show publish", where="At home:"),
         Shown("plugins", "p", "Plugins", "List installed plugins",
               words="bodies body fitness operators packages", where="At home:")],
     "home table": [
@@ -213,8 +221,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               where="On a live run:"),
         Shown("why", "w", "Why", "Explain the champion's score", why=_CHAMPION),
         Shown("export", "e", "Export", "Gait files, plots, videos, …", why=_CHAMPION),
-        Shown("laboratory", "L", "Laboratory", "Remove legs from the champion and adapt its gait",
-              why=_CHAMPION),
         Shown("log", "l", "Events", "Show the events, or the terms",
               words="history messages terms what happened")],
     "replay": [
@@ -258,8 +264,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("map", "M", "Map", "Show the archive as a map, or the front, at this member",
               why="The search keeps neither an archive nor a front."),
         Shown("why", "w", "Why", "Explain the score and name the gait", why=_SHOWN),
-        Shown("laboratory", "L", "Laboratory", "Remove legs from this body and adapt its gait",
-              why=_SHOWN),
         Shown("browser", "B", "3D", "Write a web page that plays the motion in 3D, and open it"),
         Shown("code", "C", "Code", "Copy a challenge code of this individual for others to verify",
                words="challenge share copy clipboard verify score", why=_SHOWN,
@@ -290,55 +294,13 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("right", "right,l", "Right", "Move to the next gait on the right", "move(1, 0)"),
         Hidden("up", "up,k", "Up", "Move to the next gait above", "move(0, 1)"),
         Hidden("down", "down,j", "Down", "Move to the next gait below", "move(0, -1)")],
-    "parallel": [
-        Shown("flip", "f", "Flip", "Turn the selected axis upside down", words="invert reverse"),
-        Shown("move-back", "less_than_sign", "Move axis", "Move the axis to the left", "move(-1)",
-              words="order reorder left"),
-        Shown("move-on", "greater_than_sign", "Move axis", "Move the axis to the right", "move(1)",
-              words="order reorder right"),
-        Shown("best", "b", "Best", "Select the line with the highest score", words="champion"),
-        Shown("replay", "r,enter", "Replay", "Replay this gait frame by frame", display="r"),
-        Shown("why", "w", "Why", "Explain the score and name the gait"),
-        Shown("export", "e", "Export", "Gait files, plots, videos, …"),
-        Shown("laboratory", "L", "Laboratory", "Remove legs from the body and adapt its gait")],
-    "parallel cursor": [
-        Hidden("left", "left,h", "Left", "Select the axis on the left", "axis(-1)"),
-        Hidden("right", "right,l", "Right", "Select the axis on the right", "axis(1)"),
-        Hidden("up", "up,k", "Up", "Select the next line above on this axis", "item(1)"),
-        Hidden("down", "down,j", "Down", "Select the next line below on this axis", "item(-1)")],
     "compare": [
         Shown("quantity", "o", "Quantity", "Best, mean or median score, or diversity",
               words="median mean diversity best axis", why=_HISTORY),
         Shown("by", "x", "Axis", "Generations, evaluations or seconds",
               words="axis time seconds evaluations", why=_HISTORY),
         Shown("replay", "r", "Replay", "Watch the champion; with two runs, both champions",
-              why="The chosen run has no champion yet."),
-        Shown("statistics", "s", "Statistics", "Repeat the experiments, with tests and intervals",
-              words="repeats test significance interval effect size compare experiments",
-              why="Statistics need two or more runs.", where="On the comparison screen:")],
-    "lab": [
-        Shown("joint", "d", "Damage", "Make a joint of the chosen leg stuck, slow or weak",
-              words="stuck weak slow damage"),
-        Shown("repair", "i", "Repair", "Remove all damage", words="intact reset undo heal"),
-        Shown("physics", "p", "Physics", "Switch between kinematics and rigid-body physics",
-              words="twin rigid body mujoco simulation"),
-        Shown("adapt", "a", "Adapt", "Try gaits of the atlas on the damaged body until one walks",
-              words="search trial error recover map gaussian bayesian"),
-        Shown("refine", "m", "Refine", "Try small changes of the best gait",
-              words="improve local search change mutate better"),
-        Shown("robot", "b", "Robot", "Propose gaits for your robot and record its results",
-              words="real hardware measure trial interactive"),
-        Shown("stop", "x", "Stop", "Stop the search and keep its trials", words="cancel end"),
-        Shown("replay", "r", "Replay",
-              "Replay the gait shown on the damaged body, frame by frame"),
-        Shown("export", "e", "Export", "Export gait files, plots and videos of the gait shown")],
-    "plan": [
-        Hidden("front", "up", "Leg in front", "Choose the leg in front", "choose(1, 0)"),
-        Hidden("behind", "down", "Leg behind", "Choose the leg behind", "choose(-1, 0)"),
-        Hidden("left", "left", "Leg to the left", "Choose the leg to the left", "choose(0, 1)"),
-        Hidden("right", "right", "Leg to the right", "Choose the leg to the right",
-               "choose(0, -1)"),
-        Shown("remove", "enter,space", "Toggle leg", "Remove or restore the chosen leg")],
+              why="The chosen run has no champion yet.")],
     "steering": [
         *(Hidden(key, key, f"Command {key}", "Give the command of this key", f"command({key!r})")
           for key in STEERING_KEYS),
@@ -351,51 +313,22 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "zoom(1)"),
         Hidden("farther", "minus", "Farther", "Zoom out", "zoom(-1)"),
         Hidden("help", "h", "Help", "Help on this screen", "app.help")],
-    "calibration": [
-        Shown("off", "space", "Off", "Switch the servos off", "do('off')",
-              words="stop emergency torque", priority=True),
-        Shown("accept", "enter", "Accept", "Answer the question, and go to the next one",
-              "do('accept')", words="yes next save"),
-        Hidden("up", "up", "Up", "Turn the joint up by 5°", "do('jog', 5.0)"),
-        Hidden("down", "down", "Down", "Turn the joint down by 5°", "do('jog', -5.0)"),
-        Hidden("up-a-little", "right", "Up a little", "Turn the joint up by 0.5°",
-               "do('jog', 0.5)"),
-        Hidden("down-a-little", "left", "Down a little", "Turn the joint down by 0.5°",
-               "do('jog', -0.5)"),
-        Shown("flip", "d", "Direction", "The servo turns the other way", "do('flip')",
-              words="reverse invert"),
-        Shown("other", "n", "Next id", "Try the next servo for this joint", "do('other')",
-              words="identify servo number"),
-        Shown("keep", "k", "Keep", "Take both ends of the joint from the model", "do('keep')",
-              words="limits ends"),
-        Shown("again", "b,backspace", "Previous", "Return to the question before", "do('back')",
-              words="again undo"),
-        Shown("joint-back", "left_square_bracket", "Joint", "Previous joint", "do('turn_to', -1)"),
-        Shown("joint-on", "right_square_bracket", "Joint", "Next joint", "do('turn_to', 1)"),
-        Shown("check", "c", "Check", "Let the robot stand, and sway each joint a little",
-              words="test sway", why="Some joints are not calibrated yet."),
-        Hidden("view", "v", "View", "From the corner, the side, above, or the front",
-               words="camera side above front"),
-        Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "zoom(1)"),
-        Hidden("farther", "minus", "Farther", "Zoom out", "zoom(-1)")],
     "why": [
         Shown("physics", "p", "Physics", "Play the gait on the body's twin in rigid-body physics"),
         Shown("worlds", "w", "Worlds", "Evaluate the gait in 100 unseen worlds")],
     "new": [
         Shown("run", "ctrl+r", "Run", "Start the run", words="start begin evolve go"),
-        Shown("search", "ctrl+f", "Find", "Search options", priority=True,
-              words="find option parameter filter rate"),
-        Hidden("words", "slash", "Search", "Search options", "search"),
         Shown("save", "ctrl+s", "Save", "Save the experiment file",
               words="write toml experiment export"),
         Shown("preset", "ctrl+g", "Preset", "Choose a different preset",
               words="start from gallery body", priority=True),
         Shown("load", "ctrl+l", "Load", "Load the file of an experiment or a robot",
               words="open toml urdf mjcf experiment robot import"),
-        Shown("reset", "ctrl+z", "Reset", "Undo all changes", words="undo default discard"),
-        Hidden("next", "ctrl+right", "Next", "Next tab", "tab(1)"),
-        Hidden("before", "ctrl+left", "Back", "Previous tab", "tab(-1)"),
-        Hidden("copy", "ctrl+y", "Copy", "The command", "app.copy_command")],
+        *_FORM],
+    "change": [
+        Shown("accept", "ctrl+r", "Apply", "Apply the changes, or fork the run with them",
+              words="change fork continue run"),
+        *_FORM],
     "plugins": [
         Shown("new", "n", "New run", "Create a run with this body or preset",
               words="start begin create", why="Select a body or a preset that can be loaded."),
@@ -403,23 +336,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
               words="search find words"),
         Shown("check", "c", "Check", "Check that the plugin fulfils its contract",
               words="test conformance contract verify")],
-    "studies": [
-        Shown("new", "n", "New study", "Sweep options over ranges", "sweep",
-              words="sweep begin start create"),
-        Shown("compare", "c", "New comparison", "Compare experiments over repeats",
-              words="statistics test begin start create"),
-        Shown("parallel", "p", "Parallel", "The cells of the study in parallel coordinates",
-              words="coordinates lines axes options",
-              why="Only a study with a finished cell has cells to show."),
-        Shown("continue", "g", "Continue", "Run the remaining cells", words="resume go",
-              why="Only a stopped study can be continued."),
-        Shown("stop", "x", "Stop", "A study keeps finished cells", words="end kill",
-              why="The study is not running in this app.")],
-    "results": [
-        Shown("files", "f", "Files", "Jump to the files",
-              words="figure surface report table open"),
-        Shown("copy", "p", "Copy path", "Copy the file's path", "copy_path", words="clipboard",
-              why="Select a file first; press f to go to the files.")],
     "verify": [
         Shown("some", "g", "A part", "Repeat a part: some generations, cells or cases",
               words="sample again", why="The verification is still running."),
@@ -508,11 +424,6 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("usual", "u", "Usual", "Return to the usual columns"),
         Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
     "ask": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
-    "change": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
-    "change field": [
-        Hidden("options", "down", "Options", "Go to the list of options", "screen.options"),
-        Hidden("complete", "tab", "Complete",
-               "Complete the typed word, or move to the next field", "screen.complete")],
     "code show": [
         Shown("copy", "c", "Copy", "Copy the code again"),
         Shown("close", "escape,enter", "Close", "Close the dialog", "dismiss")],
@@ -538,17 +449,39 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("up", "up", "Up", "Choose the entry above", "move(-1)", priority=True),
         Hidden("down", "down", "Down", "Choose the entry below", "move(1)", priority=True),
         Shown("cancel", "escape", "Cancel", "Choose no file", "dismiss")],
-    "joint": [Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")],
     "note": [
         Shown("save", "ctrl+s", "Save", "Save the note", priority=True),
         Shown("cancel", "escape", "Cancel", "Discard the changes")],
-    "study": [
-        Shown("cancel", "escape", "Cancel", "Start nothing", "dismiss"),
-        Shown("begin", "ctrl+r", "Start", "Start, from any field", "start")],
     "help": [Shown("close", "escape,question_mark,q", "Close", "Go back", "dismiss")],
     "jump": [Shown("stay", "escape", "Cancel", "Keep the focus", "dismiss")],
 }  # fmt: skip
 """The actions of each class by group; the first word of a group begins the IDs of its actions."""
+
+
+def declare(group: str, actions: Sequence[ScreenAction]) -> None:
+    """Add the actions of a package's own screen or widget, for `bindings`."""
+    ACTIONS[group] = [*actions]
+    NAMED.update(_named(group))
+
+
+def add_package_actions() -> list[ScreenAction]:
+    """Add the actions of packages to all screens, once; return them.
+
+    Those of a package that cannot be loaded are left out; `gaitsim plugins list` reports it.
+    """
+    if not _of_packages:
+        for name in entries(SCREENS):
+            try:
+                found = load_object(find(SCREENS, name))
+            except GaitsimError:
+                continue
+            if isinstance(found, ScreenAction) and found.show is not None:
+                _of_packages.append(found._replace(do=f"on_{found.on}({name!r})", name=name))
+        declare("screen", [*ACTIONS["screen"], *(one for one in _of_packages if one.keys)])
+    return _of_packages
+
+
+_of_packages: list[ScreenAction] = []
 
 
 def bindings(group: str) -> list[BindingType]:

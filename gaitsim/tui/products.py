@@ -18,7 +18,6 @@ from pydantic.fields import FieldInfo
 from gaitsim.actions.action import Action, SeveralIndividuals
 from gaitsim.actions.analyse import Analyse
 from gaitsim.actions.differences import Differences
-from gaitsim.actions.imitate import Imitate
 from gaitsim.actions.plot import MakePlot
 from gaitsim.actions.products import ALL, SWITCHES, fields, fields_of_all
 from gaitsim.actions.video import MakeVideo
@@ -33,11 +32,6 @@ from gaitsim.storage.settings import user_folder
 
 if TYPE_CHECKING:
     from gaitsim.individual import Individual
-
-ROBOT = "drive", "robots.calibrate"
-"""Commands for a real robot, if they are installed."""
-WIRE = "port", "calibration", "bus", "baud", "imu"
-"""Options of a real robot."""
 
 
 @dataclass(frozen=True)
@@ -167,8 +161,17 @@ def _value(field: FieldInfo, text: str) -> Any:
 
 
 @cache
-def forms() -> dict[str, tuple[CommandForm, ...]]:
-    """Return all products by group."""
+def forms(menu: str = "") -> dict[str, tuple[CommandForm, ...]]:
+    """Return the products of the export dialog by group, or the commands of a package's menu."""
+    packages: dict[str, list[CommandForm]] = {"More": []}
+    for name in entries(COMMANDS):
+        with suppress(GaitsimError):  # `gaitsim --help` reports a broken command
+            action = load_object(find(COMMANDS, name))
+            if isinstance(action, type) and issubclass(action, Action) and action.menu:
+                form = CommandForm(action.title, tuple(name.split(".")), action)
+                packages.setdefault(action.menu, []).append(form)
+    if menu:
+        return {menu: tuple(packages.get(menu, ()))}
     groups: dict[str, list[CommandForm]] = {}
     for kind, heading in (("exporter", ""), ("plot", "Plot")):
         for name, one in products(kind).items():
@@ -179,47 +182,44 @@ def forms() -> dict[str, tuple[CommandForm, ...]]:
     actions: dict[str, type[Action]] = {
         "video": MakeVideo,
         "analyse": Analyse,
-        "imitate": Imitate,
         "differences": Differences,
     }
     groups["More"] = [CommandForm(one.title, (verb,), one) for verb, one in actions.items()]
-    for name in ROBOT:
-        if name in entries(COMMANDS):
-            action = load_object(find(COMMANDS, name))
-            form = CommandForm(action.title, tuple(name.split(".")), action)
-            groups.setdefault("Robot", []).append(form)
+    groups["More"] += packages["More"]
     return {group: tuple(found) for group, found in groups.items()}
 
 
-def _robot_path() -> Path:
-    return user_folder("XDG_STATE_HOME", ".local/state") / "robot.json"
+def _memory() -> Path:
+    return user_folder("XDG_STATE_HOME", ".local/state") / "options.json"
 
 
-def remembered_robot() -> dict[str, str]:
-    """Return the options of the last real robot; {} if there was none."""
+def remembered(form: CommandForm) -> dict[str, str]:
+    """Return the texts of those options of a form that are kept for the next time."""
+    kept = form.action.remembered if form.action is not None else ()
     try:
-        found = json.loads(read_regular(_robot_path(), 10_000, follow=True))
-        return {name: str(found[name]) for name in WIRE if name in found}
+        found = json.loads(read_regular(_memory(), 10_000, follow=True))
+        return {name: str(found[name]) for name in kept if name in found}
     except (OSError, ValueError, TypeError, RecursionError):
         return {}
 
 
-def remember_robot(texts: Mapping[str, str]) -> None:
-    """Remember the options of a real robot for the next time."""
-    found = {name: texts[name] for name in WIRE if name in texts}
-    with suppress(OSError, GaitsimError):
-        _robot_path().parent.mkdir(parents=True, exist_ok=True)
-        write_bytes(_robot_path(), json.dumps(found).encode())
+def remember(form: CommandForm, texts: Mapping[str, str]) -> None:
+    """Keep the texts of those options of a form for the next time."""
+    kept = form.action.remembered if form.action is not None else ()
+    found = {name: texts[name] for name in kept if name in texts}
+    if found:
+        with suppress(OSError, GaitsimError):
+            _memory().parent.mkdir(parents=True, exist_ok=True)
+            write_bytes(_memory(), json.dumps(found).encode())
 
 
 def takes_terminal(arguments: Sequence[str]) -> bool:
-    """Return whether a command of a form needs the terminal."""
-    return any(
-        form.action is not None
-        and form.action.terminal
-        and tuple(arguments[: len(form.command)]) == form.command
-        for form in all_forms()
-    )
+    """Return whether a command of a form needs the terminal: that of a package, or of gaitsim."""
+    for words in (".".join(arguments[:2]), arguments[0]):
+        if words in entries(COMMANDS):
+            action = load_object(find(COMMANDS, words))
+            return bool(getattr(action, "terminal", False))
+    return False
 
 
 def all_forms() -> tuple[CommandForm, ...]:

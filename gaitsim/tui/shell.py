@@ -19,8 +19,7 @@ from textual.app import SuspendNotSupported
 from textual.binding import Keymap
 from textual.containers import ScrollableContainer
 from textual.dom import DOMNode
-from textual.driver import Driver
-from textual.events import Key, Resize
+from textual.events import Key
 from textual.filter import LineFilter
 from textual.screen import Screen
 from textual.widget import Widget
@@ -30,16 +29,10 @@ from textual.worker import WorkerFailed
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.config import THEME, Config, format_problem, remember
 from gaitsim.tui.formatting import NOTIFIED, clip
-from gaitsim.tui.hints import Hints, state_path
 from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
 from gaitsim.tui.tasks import Task, TaskChanged, Tasks
-from gaitsim.tui.terminal_output import (
-    ContrastFilter,
-    ControlCharacterFilter,
-    TerminalMirror,
-    mirroring_driver,
-)
+from gaitsim.tui.terminal_output import ContrastFilter, ControlCharacterFilter
 from gaitsim.tui.themes import DEFAULT, THEMES, ink_styles
 
 if TYPE_CHECKING:
@@ -116,9 +109,7 @@ class Shell(ViKeys):
 
     Attributes:
         tasks: commands in the background.
-        mirror: content of the terminal, and the number of bytes sent to it.
         drafts: unsaved new runs by preset, the latest last.
-        hints: how often the user has used keys; None without hints.
         catalogue: installed plugins; None until a screen has read them.
         preview: whether home shows the champion under the cursor, if there is room.
         columns: keys of the columns of the list of runs; () for the usual ones.
@@ -142,7 +133,6 @@ class Shell(ViKeys):
         self.drafts: dict[str, ExperimentBuilder] = {}
         self.catalogue: Catalogue | None = None
         self._config = config
-        self.hints = Hints(state_path()) if config is not None and config.hints else None
         self.preview = config is None or config.preview
         self.columns, self.sort = (config.columns, config.sort) if config else ((), "")
         for ours in THEMES:
@@ -160,17 +150,6 @@ class Shell(ViKeys):
     def notifies_desktop(self) -> bool:
         """Whether the user wants desktop notifications."""
         return self._config is None or self._config.notify
-
-    def get_driver_class(self) -> type[Driver]:
-        """Return a driver that sends only changed cells."""
-        self.mirror = TerminalMirror()
-        driver = super().get_driver_class()
-        # On Windows, Textual writes in chunks that may end within a sequence.
-        return driver if sys.platform == "win32" else mirroring_driver(driver, self.mirror)
-
-    def on_resize(self, event: Resize) -> None:
-        """Resend the whole screen."""
-        self.mirror.resize(event.size.width)
 
     def get_line_filters(self) -> Sequence[LineFilter]:
         """Return the filters applied to each line before it is drawn."""
@@ -197,17 +176,7 @@ class Shell(ViKeys):
         """
         if isinstance(default_namespace, Screen) and not default_namespace.is_mounted:
             return False
-        if self.hints is not None and default_namespace is not None:
-            self._count(action, default_namespace)
         return await super().run_action(action, default_namespace, namespaces)
-
-    def _count(self, action: Any, node: DOMNode) -> None:
-        """Count the use of an action of a widget or a screen, for the hints."""
-        assert self.hints is not None, "else there are no hints"
-        names = {one.id or "" for _, one in node._bindings if one.action == action}
-        if [name for name in names if self.hints.count(name)]:
-            self.run_worker(self.hints.save, thread=True, group="hints", exclusive=True)
-            self.screen.refresh_bindings()
 
     def show_error(self, error: GaitsimError) -> None:
         """Show an error as plain text."""

@@ -4,11 +4,11 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.contracts import Exported, Exporter, Subject, option
+from gaitsim.plugin import Exported, Exporter, Subject, option
 
 if TYPE_CHECKING:
-    from gaitsim.contracts.product import Input
-    from gaitsim.individual import Individual
+    from gaitsim.plugin import Input
+    from gaitsim.plugin.runs import Individual
 
 
 class GaitExporter(Exporter):
@@ -18,13 +18,13 @@ class GaitExporter(Exporter):
 
     def check(self, individual: "Individual") -> None:
         """Check that the body has joint angles."""
-        from gaitsim.gait.gait_files import gait_of
+        from gaitsim.plugin.gait import gait_of
 
         gait_of(individual)
 
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the file."""
-        from gaitsim.gait.gait_files import gait_of, write_gait
+        from gaitsim.plugin.gait import gait_of, write_gait
 
         gait = gait_of(subject.individual)
         frames, joints = gait.angles.shape
@@ -107,7 +107,7 @@ class Glb(Exporter):
 
     def check(self, individual: "Individual") -> None:
         """Check that the body can be drawn."""
-        from gaitsim.render.scene.clip import clip_of
+        from gaitsim.plugin.pictures import clip_of
 
         clip_of(individual)
 

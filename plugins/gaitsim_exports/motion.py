@@ -11,23 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Subject
-from gaitsim.errors import GaitsimError, not_installed
-from gaitsim.gait.changed import with_changed_body
-from gaitsim.gait.channels import (
+from gaitsim.plugin import GaitsimError, Subject, not_installed
+from gaitsim.plugin.gait import (
     Columns,
     channels_of,
+    check_folder,
     entries_of,
     motion_columns,
     own_name,
     place_of,
     read_values,
+    with_changed_body,
 )
-from gaitsim.gait.gait_files import check_folder
-from gaitsim.individual import Individual
-from gaitsim.storage.files.atomic import replacing
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import populations
+from gaitsim.plugin.runs import Individual, RunSnapshot, populations, replacing
 
 Numbered = Iterator[tuple[Individual, int | None]]
 """Individuals, and their numbers in their populations if those are exported."""

@@ -14,13 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError, not_installed
-from gaitsim.gait.gait_files import check_parent
-from gaitsim.individual import Individual
-from gaitsim.storage.files.atomic import replacing, writing
-from gaitsim.storage.files.history import FIGURE, MEAN, SCORES, terms_of
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.toml import brief
+from gaitsim.plugin import GaitsimError, RunError, brief, not_installed
+from gaitsim.plugin.gait import check_parent
+from gaitsim.plugin.runs import (
+    FIGURE,
+    MEAN,
+    SCORES,
+    Individual,
+    RunSnapshot,
+    replacing,
+    terms_of,
+    writing,
+)
 
 FILE = "events.out.tfevents.gaitsim"
 """Name of the event file; TensorBoard reads files whose name contains 'tfevents'."""
@@ -142,9 +147,16 @@ def _animation(champion: Individual, notices: list[str]) -> Any:
     """Return the summary of an animated GIF; None if the body cannot be drawn."""
     from tensorboardX.proto.summary_pb2 import Summary
 
-    from gaitsim.render.encoder import default_speed, encode, format_speed, movement_frequency
-    from gaitsim.render.plots.labels import format_score
-    from gaitsim.render.scene import THEMES, Clip, Scene
+    from gaitsim.plugin.pictures import (
+        THEMES,
+        Clip,
+        Scene,
+        default_speed,
+        encode,
+        format_score,
+        format_speed,
+        movement_frequency,
+    )
 
     try:
         skeleton = champion.skeleton

@@ -8,7 +8,7 @@ image.
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.portable import cos, matmul, sin
+from gaitsim.plugin.toolkit import cos, matmul, sin
 
 Floats = NDArray[np.float64]
 

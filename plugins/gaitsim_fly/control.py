@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.network import LEAKY_RELU, RELU, SIGMOID, TANH, activation_with
+from gaitsim.plugin.toolkit import LEAKY_RELU, RELU, SIGMOID, TANH, activation_with
 from gaitsim_fly.course import CLIMB, COURSE, HALF_COS, HALF_SIN, SPEED, TURN, X, Y, Z, heading_of
 from gaitsim_fly.flight import (
     ALIVE,

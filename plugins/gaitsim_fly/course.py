@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable import cos, sin
+from gaitsim.plugin.toolkit import cos, sin
 from gaitsim_fly.flight import _cos, _sin
 
 # Rows of a course: its point, m; cosine and sine of half its heading, as in a quaternion's w and z;

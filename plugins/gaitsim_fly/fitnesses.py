@@ -4,8 +4,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Fitness, Motion, option
-from gaitsim.portable import cos, norm, sin
+from gaitsim.plugin import Array, Fitness, Motion, option
+from gaitsim.plugin.toolkit import cos, norm, sin
 
 
 class MeanAltitude(Fitness):

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Measure, Motion, Skeleton
-from gaitsim.portable import arccos, arctan2, matmul, norm
+from gaitsim.plugin import Array, Measure, Motion, Skeleton
+from gaitsim.plugin.toolkit import arccos, arctan2, matmul, norm
 from gaitsim_fly import body
 
 

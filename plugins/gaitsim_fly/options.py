@@ -9,10 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from gaitsim.contracts import WORLD_HELP, Condition, Organism, check_world, option
-from gaitsim.legged import condition_rng, conditions, draw_joint_errors, draw_push
-from gaitsim.network import ACTIVATION_CODES
-from gaitsim.portable import cos, sin
+from gaitsim.plugin import WORLD_HELP, Condition, Organism, check_world, option
+from gaitsim.plugin.toolkit import (
+    ACTIVATION_CODES,
+    condition_rng,
+    conditions,
+    cos,
+    draw_joint_errors,
+    draw_push,
+    sin,
+)
 from gaitsim_fly.mechanics import Mechanics
 
 

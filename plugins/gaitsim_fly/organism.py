@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     Array,
     Channel,
     Command,
@@ -23,8 +23,7 @@ from gaitsim.contracts import (
     Steered,
     SteeringPage,
 )
-from gaitsim.network import Network, gene_labels
-from gaitsim.portable import cos, norm, sin, uniform
+from gaitsim.plugin.toolkit import Network, cos, gene_labels, norm, sin, uniform
 from gaitsim_fly.flight import MOMENTUM, POSITION, ROTATION, STATE, VELOCITY
 from gaitsim_fly.motion import flight_motion, measures, skeleton
 from gaitsim_fly.options import BODY_INPUTS, COURSES, FlyOptions, push, wing_offsets

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Genomes, SteeringPage
+from gaitsim.plugin import Genomes, SteeringPage
 from gaitsim_fly import assets, flight
 from gaitsim_fly.mechanics import Mechanics
 from gaitsim_fly.options import FlyOptions

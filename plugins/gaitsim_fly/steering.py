@@ -13,8 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Command, Genomes, Motion, Steered
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import Command, GaitsimError, Genomes, Motion, Steered
 from gaitsim_fly import course, flight
 from gaitsim_fly.control import command, fill_inputs, wing_commands
 from gaitsim_fly.course import CLIMB, COURSE, SPEED, TURN, X, Y, Z, advance

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes
-from gaitsim.portable.scalar import sin
+from gaitsim.plugin import Genomes
+from gaitsim.plugin.toolkit import scalar_sin as sin
 
 LIMIT = 20  # degrees either way, so that legs do not cross
 _MAGNITUDE_BITS = 5

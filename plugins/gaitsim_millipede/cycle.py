@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.portable.scalar import cos, sin
+from gaitsim.plugin.toolkit import scalar_cos as cos, scalar_sin as sin
 
 FRAME_RATE = 30.0  # Hz
 REACH = 15  # frames of a cycle in which the lifted legs reach

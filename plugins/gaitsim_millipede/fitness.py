@@ -5,7 +5,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.plugin import Array, Fitness, Motion, option
 
 Values = NDArray[np.float64]
 

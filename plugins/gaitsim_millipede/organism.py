@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     Array,
     BitSpace,
     Channel,
@@ -20,7 +20,7 @@ from gaitsim.contracts import (
     Skeleton,
     option,
 )
-from gaitsim.portable import arcsin, cos, scalar, sin
+from gaitsim.plugin.toolkit import arcsin, cos, scalar, sin
 from gaitsim_millipede import cycle
 from gaitsim_millipede.codec import CODECS, LIMIT, Codec
 from gaitsim_millipede.fitness import clockwise_motion, forward_motion

@@ -5,8 +5,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Crossover, Genomes, GenomeSpace, RealSpace, option
-from gaitsim.portable import power, uniform
+from gaitsim.plugin import Crossover, Genomes, GenomeSpace, RealSpace, option
+from gaitsim.plugin.toolkit import power, uniform
 from gaitsim_operators.shared import distinct_pairs, real_space
 
 

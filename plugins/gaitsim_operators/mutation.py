@@ -5,8 +5,8 @@ from typing import ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import BitSpace, Genomes, GenomeSpace, Mutation, RealSpace, option
-from gaitsim.portable import binomial, power, standard_normal
+from gaitsim.plugin import BitSpace, Genomes, GenomeSpace, Mutation, RealSpace, option
+from gaitsim.plugin.toolkit import binomial, power, standard_normal
 from gaitsim_operators.shared import real_space
 
 

@@ -5,7 +5,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Selection, option
+from gaitsim.plugin import Selection, option
 from gaitsim_operators.shared import distinct_pairs
 
 

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import GenomeSpace, RealSpace
-from gaitsim.errors import PluginError
+from gaitsim.plugin import GenomeSpace, PluginError, RealSpace
 
 
 def distinct_pairs(

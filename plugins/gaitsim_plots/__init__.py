@@ -8,13 +8,13 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
-from gaitsim.contracts import Names, Pair, Plot, Subject, Window, option
+from gaitsim.plugin import Names, Pair, Plot, Subject, Window, option
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from gaitsim.contracts.product import Input
-    from gaitsim.individual import Individual
+    from gaitsim.plugin import Input
+    from gaitsim.plugin.runs import Individual
 
 
 def _function(name: str) -> Callable[..., Any]:
@@ -50,7 +50,7 @@ class BundledPlot(Plot):
 
     def call(self, data: Any, subject: Subject) -> "Figure":
         """Call the function with the data and the options."""
-        from gaitsim.render.plots.style import THEMES
+        from gaitsim.plugin.pictures import PLOT_THEMES as THEMES
 
         given = {name: value for name, value in self if name != "theme" and value is not None}
         figure: Figure = _function(self.function)(data, THEMES[self.theme], **given)
@@ -193,7 +193,7 @@ class GaitsPlot(KeptPlot):
 
     def call(self, data: Any, subject: Subject) -> "Figure":
         """Call the function with the functions that report its progress."""
-        from gaitsim.render.plots.style import THEMES
+        from gaitsim.plugin.pictures import PLOT_THEMES as THEMES
         from gaitsim_plots.feet import gaits_figure
 
         return gaits_figure(data, THEMES[self.theme], subject.begin, subject.advance)

@@ -7,13 +7,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, NothingToPlotError
-from gaitsim.individual import Member
-from gaitsim.render.archive_view import ArchiveView, colour_scale_low
-from gaitsim.render.plots.data import require_archive
-from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import GaitsimError, NothingToPlotError
+from gaitsim.plugin.pictures import (
+    WIDTH,
+    ArchiveView,
+    Theme,
+    add_heading,
+    colour_scale_low,
+    format_number,
+    heading_of_run,
+    require_archive,
+    shorten,
+    styled,
+)
+from gaitsim.plugin.runs import Member, RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,20 +6,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, NothingToPlotError
-from gaitsim.individual import Individual
-from gaitsim.render.plots.channels import Signal, read_signal
-from gaitsim.render.plots.components import (
+from gaitsim.plugin import GaitsimError, NothingToPlotError
+from gaitsim.plugin.pictures import (
+    WIDTH,
     Line,
+    Signal,
+    Theme,
+    add_heading,
+    draw_bars,
     finite_or_nan,
+    grid,
+    heading_of,
     limit_constant,
+    limit_time,
     lines_of,
+    read_signal,
+    shorten,
     shown_unit,
+    styled,
+    window_slice,
 )
-from gaitsim.render.plots.data import window_slice
-from gaitsim.render.plots.labels import add_heading, heading_of, shorten
-from gaitsim.render.plots.panels import draw_bars, grid, limit_time
-from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.plugin.runs import Individual
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,18 +7,32 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import BitSpace, Search
-from gaitsim.errors import NothingToPlotError, RunError
-from gaitsim.experiment import Experiment
-from gaitsim.individual import Individual
-from gaitsim.render.plots.components import finite_or_nan
-from gaitsim.render.plots.fitness import draw_curve, mark_stages, set_generations, stages
-from gaitsim.render.plots.labels import STEPS, add_heading, heading_of_run, shorten
-from gaitsim.render.plots.panels import grid
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.storage.files.folder import unfinished_error
-from gaitsim.storage.files.history import COLUMNS, FIGURE, MEAN, figures_of
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import BitSpace, NothingToPlotError, RunError, Search
+from gaitsim.plugin.pictures import (
+    STEPS,
+    WIDTH,
+    Theme,
+    add_heading,
+    draw_curve,
+    finite_or_nan,
+    grid,
+    heading_of_run,
+    mark_stages,
+    set_generations,
+    shorten,
+    stages,
+    styled,
+)
+from gaitsim.plugin.runs import (
+    COLUMNS,
+    FIGURE,
+    MEAN,
+    Experiment,
+    Individual,
+    RunSnapshot,
+    figures_of,
+    unfinished_error,
+)
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -4,16 +4,20 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.contracts import COMMAND
-from gaitsim.errors import NothingToPlotError
-from gaitsim.gait.channels import read_values
-from gaitsim.gait.report import frames_before_fall
-from gaitsim.individual import Individual
-from gaitsim.render.plots.components import finite_or_nan
-from gaitsim.render.plots.data import window_slice
-from gaitsim.render.plots.labels import add_heading, heading_of
-from gaitsim.render.plots.panels import grid, limit_time
-from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.plugin import COMMAND, NothingToPlotError
+from gaitsim.plugin.gait import frames_before_fall, read_values
+from gaitsim.plugin.pictures import (
+    WIDTH,
+    Theme,
+    add_heading,
+    finite_or_nan,
+    grid,
+    heading_of,
+    limit_time,
+    styled,
+    window_slice,
+)
+from gaitsim.plugin.runs import Individual
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

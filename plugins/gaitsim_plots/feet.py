@@ -7,28 +7,36 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.errors import NothingToPlotError
-from gaitsim.gait.feet import feet_of
-from gaitsim.gait.repertoire import RepertoireGait, gaits_of, patterns
-from gaitsim.gait.report import (
+from gaitsim.plugin import NothingToPlotError
+from gaitsim.plugin.gait import (
+    RepertoireGait,
     commanded_frequency,
+    feet_of,
     frames_before_fall,
+    gaits_of,
+    patterns,
     vertical_loads,
     weight_of,
 )
-from gaitsim.individual import Individual, Member
-from gaitsim.render.plots.components import finite_or_nan
-from gaitsim.render.plots.data import require_archive, window_slice
-from gaitsim.render.plots.labels import (
+from gaitsim.plugin.pictures import (
+    BAR,
+    WIDTH,
+    Theme,
     add_heading,
+    draw_bars,
+    finite_or_nan,
     format_number,
     heading_of,
     heading_of_run,
+    intervals,
+    limit_time,
+    require_archive,
+    shade_spans,
     shorten,
+    styled,
+    window_slice,
 )
-from gaitsim.render.plots.panels import BAR, draw_bars, intervals, limit_time, shade_spans
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin.runs import Individual, Member, RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -237,7 +245,7 @@ def stability_figure(
     """
     from matplotlib.figure import Figure
 
-    from gaitsim import gait
+    from gaitsim.plugin.gait import gait
 
     touching, _ = contacts_of(individual)
     margin = gait.margin_of(individual)

@@ -6,15 +6,19 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts.search import Members
-from gaitsim.errors import NothingToPlotError
-from gaitsim.individual import Member
-from gaitsim.render.front_view import FrontView
-from gaitsim.render.plots.data import require_front
-from gaitsim.render.plots.labels import add_heading, format_number, heading_of_run, shorten
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.storage.files.folder import command
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import Members, NothingToPlotError
+from gaitsim.plugin.pictures import (
+    WIDTH,
+    FrontView,
+    Theme,
+    add_heading,
+    format_number,
+    heading_of_run,
+    require_front,
+    shorten,
+    styled,
+)
+from gaitsim.plugin.runs import Member, RunSnapshot, command
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,13 +5,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import BitSpace, GenomeSpace, RealSpace
-from gaitsim.errors import NothingToPlotError
-from gaitsim.render.plots.fitness import mark_stages
-from gaitsim.render.plots.labels import STEPS, add_heading, heading_of_run, shorten
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.storage.files.folder import unfinished_error
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import BitSpace, GenomeSpace, NothingToPlotError, RealSpace
+from gaitsim.plugin.pictures import (
+    STEPS,
+    WIDTH,
+    Theme,
+    add_heading,
+    heading_of_run,
+    mark_stages,
+    shorten,
+    styled,
+)
+from gaitsim.plugin.runs import RunSnapshot, unfinished_error
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

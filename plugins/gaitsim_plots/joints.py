@@ -6,18 +6,28 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, NothingToPlotError
-from gaitsim.gait.channels import read_values
-from gaitsim.gait.feet import Floats
-from gaitsim.gait.report import frames_before_fall
-from gaitsim.individual import Individual
-from gaitsim.render.colours import MIDDLE, sides
-from gaitsim.render.plots.channels import Signal, read_signal
-from gaitsim.render.plots.components import finite_or_nan, shown_unit
-from gaitsim.render.plots.data import window_slice
-from gaitsim.render.plots.labels import add_heading, heading_of, shorten
-from gaitsim.render.plots.panels import grid, intervals, limit_time, shade_spans
-from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.plugin import GaitsimError, NothingToPlotError
+from gaitsim.plugin.gait import Floats, frames_before_fall, read_values
+from gaitsim.plugin.pictures import (
+    MIDDLE,
+    WIDTH,
+    Signal,
+    Theme,
+    add_heading,
+    finite_or_nan,
+    grid,
+    heading_of,
+    intervals,
+    limit_time,
+    read_signal,
+    shade_spans,
+    shorten,
+    shown_unit,
+    sides,
+    styled,
+    window_slice,
+)
+from gaitsim.plugin.runs import Individual
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -2,13 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-from gaitsim.errors import NothingToPlotError
-from gaitsim.individual import Individual
-from gaitsim.render.parallel_view import ParallelView
-from gaitsim.render.plots.labels import heading_of_run
-from gaitsim.render.plots.parallel import parallel_figure
-from gaitsim.render.plots.style import Theme
-from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.plugin import NothingToPlotError
+from gaitsim.plugin.pictures import ParallelView, Theme, heading_of_run, parallel_figure
+from gaitsim.plugin.runs import Individual, RunSnapshot
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -7,17 +7,20 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Skeleton
-from gaitsim.errors import NothingToPlotError
-from gaitsim.gait.channels import count_trials
-from gaitsim.gait.feet import Floats
-from gaitsim.individual import Individual
-from gaitsim.render.plots.components import shown_unit
-from gaitsim.render.plots.data import window_slice
-from gaitsim.render.plots.labels import add_heading, heading_of
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.render.scene.themes import mix
-from gaitsim.render.ticks import round_step
+from gaitsim.plugin import NothingToPlotError, Skeleton
+from gaitsim.plugin.gait import Floats, count_trials
+from gaitsim.plugin.pictures import (
+    WIDTH,
+    Theme,
+    add_heading,
+    heading_of,
+    mix,
+    round_step,
+    shown_unit,
+    styled,
+    window_slice,
+)
+from gaitsim.plugin.runs import Individual
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

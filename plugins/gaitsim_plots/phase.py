@@ -4,12 +4,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gaitsim.errors import NothingToPlotError
-from gaitsim.gait import Footfalls, GaitAnalysis, analyse_individual
-from gaitsim.gait.feet import Stride
-from gaitsim.individual import Individual
-from gaitsim.render.plots.labels import add_heading, heading_of, shorten
-from gaitsim.render.plots.style import WIDTH, Theme, styled
+from gaitsim.plugin import NothingToPlotError
+from gaitsim.plugin.gait import Footfalls, GaitAnalysis, Stride, analyse_individual
+from gaitsim.plugin.pictures import WIDTH, Theme, add_heading, heading_of, shorten, styled
+from gaitsim.plugin.runs import Individual
 from gaitsim_plots.feet import contacts_of
 
 if TYPE_CHECKING:

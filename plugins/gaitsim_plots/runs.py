@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gaitsim.errors import GaitsimError, NothingToPlotError
-from gaitsim.render.plots.components import finite_or_nan
-from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.style import WIDTH, Theme, styled
-from gaitsim.storage.files.folder import find_run, list_runs, unfinished_error
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.compare_runs import ComparedRun, RunsReader, warning
+from gaitsim.plugin import GaitsimError, NothingToPlotError
+from gaitsim.plugin.pictures import WIDTH, Theme, add_heading, finite_or_nan, shorten, styled
+from gaitsim.plugin.runs import (
+    ComparedRun,
+    RunSnapshot,
+    RunsReader,
+    find_run,
+    list_runs,
+    unfinished_error,
+    warning,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

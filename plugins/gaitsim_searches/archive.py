@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree  # noqa: TID251 (see `_rounded`)
 
-from gaitsim.contracts import Array, Genomes, State
+from gaitsim.plugin import Array, Genomes, State
 
 _ROUNDING = 1e-9
 """Tolerance at a border, as a share of a cell: of ten cells between 0 and 1, the value 0.3 belongs

@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, RealSpace
-from gaitsim.portable import power
+from gaitsim.plugin import Genomes, RealSpace
+from gaitsim.plugin.toolkit import power
 
 
 def simulated_binary(

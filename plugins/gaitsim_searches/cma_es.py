@@ -8,9 +8,8 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
-from gaitsim.contracts.search import Context, Results, Search, State
-from gaitsim.portable import exp, log, matmul, power, principal_axes, standard_normal
+from gaitsim.plugin import Context, Genomes, GenomeSpace, RealSpace, Results, Search, State, option
+from gaitsim.plugin.toolkit import exp, log, matmul, power, principal_axes, standard_normal
 from gaitsim_searches.real import real_space
 
 MARGIN = 0.025

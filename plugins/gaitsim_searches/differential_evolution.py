@@ -7,9 +7,8 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
-from gaitsim.contracts.search import Context, Results, Search, State
-from gaitsim.portable import arctan, standard_normal, tan
+from gaitsim.plugin import Context, Genomes, GenomeSpace, RealSpace, Results, Search, State, option
+from gaitsim.plugin.toolkit import arctan, standard_normal, tan
 from gaitsim_searches.real import differences, halved_past_bounds, real_space
 
 SMALLEST = 4  # individuals: the one to move, one of the best, and two others

@@ -12,8 +12,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, RealSpace, State
-from gaitsim.portable import exp, log, matmul, power, principal_axes, standard_normal
+from gaitsim.plugin import Genomes, RealSpace, State
+from gaitsim.plugin.toolkit import exp, log, matmul, power, principal_axes, standard_normal
 from gaitsim_searches.archive import Archive, Candidates
 from gaitsim_searches.real import differences
 

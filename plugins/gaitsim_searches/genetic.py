@@ -4,15 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import (
-    Context,
-    Genomes,
-    GenomeSpace,
-    Results,
-    Search,
-    State,
-    option,
-)
+from gaitsim.plugin import Context, Genomes, GenomeSpace, Results, Search, State, option
 
 
 class Genetic(Search):

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     BitSpace,
     Context,
     Genomes,
@@ -20,7 +20,7 @@ from gaitsim.contracts import (
     State,
     option,
 )
-from gaitsim.portable import standard_normal
+from gaitsim.plugin.toolkit import standard_normal
 from gaitsim_searches.archive import Archive, Candidates, Tessellation, even_centroids
 from gaitsim_searches.emitters import (
     Emitters,

@@ -7,8 +7,17 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
-from gaitsim.contracts import Genomes, GenomeSpace, RealSpace, option
-from gaitsim.contracts.search import Context, Members, Results, Search, State
+from gaitsim.plugin import (
+    Context,
+    Genomes,
+    GenomeSpace,
+    Members,
+    RealSpace,
+    Results,
+    Search,
+    State,
+    option,
+)
 from gaitsim_searches.breeding import exchange_segment, polynomial, simulated_binary
 from gaitsim_searches.domination import crowding, front_ranks, hypervolume
 

@@ -2,8 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from gaitsim.contracts import Genomes, option
-from gaitsim.contracts.search import Context, Results, Search, State
+from gaitsim.plugin import Context, Genomes, Results, Search, State, option
 
 
 class RandomSearch(Search):

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
-from gaitsim.errors import PluginError
+from gaitsim.plugin import Genomes, GenomeSpace, PluginError, RealSpace
 
 
 def real_space(space: GenomeSpace) -> RealSpace:

@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from gaitsim.contracts import Array
-from gaitsim.portable.scalar import sin
+from gaitsim.plugin import Array
+from gaitsim.plugin.toolkit import scalar_sin as sin
 
 LEGS = ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
 SEGMENTS = ("coxa", "femur", "tibia")

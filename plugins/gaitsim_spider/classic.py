@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.plugin import Array, Fitness, Motion, option
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last
 

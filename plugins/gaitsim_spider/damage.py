@@ -8,9 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.encoding import limit_steps
-from gaitsim.errors import GaitsimError
-from gaitsim.legged import Kind, parse_damage
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.toolkit import Kind, limit_steps, parse_damage
 from gaitsim_spider import body
 
 KINDS: tuple[Kind, ...] = ("lost", "stuck", "slow")

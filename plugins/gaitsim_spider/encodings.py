@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, RealSpace
-from gaitsim.encoding import (
+from gaitsim.plugin import Genomes, RealSpace
+from gaitsim.plugin.toolkit import (
     GeneGroup,
     Oscillators,
     amplitude_limit,

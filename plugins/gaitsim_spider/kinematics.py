@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable import cos, scalar, sin
+from gaitsim.plugin.toolkit import cos, scalar, sin
 from gaitsim_spider import body
 from gaitsim_spider.damage import Legs
 

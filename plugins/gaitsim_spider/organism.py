@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     WORLD_HELP,
     Array,
     Channel,
@@ -24,24 +24,29 @@ from gaitsim.contracts import (
     Skeleton,
     check_world,
     option,
+    product,
+    rotated,
+    turn_about,
+    turn_about_axis,
 )
-from gaitsim.contracts.quaternions import product, rotated, turn_about, turn_about_axis
-from gaitsim.encoding import check_joint_angles, limit_steps, split_genomes
-from gaitsim.legged import (
+from gaitsim.plugin.toolkit import (
     BODY_HEIGHT,
     DAMAGE_HELP,
     STRIDE_FREQUENCY,
     STRIDE_FREQUENCY_CHANNEL,
     angles_frequency,
+    check_joint_angles,
     conditions,
     delay_angles,
     downward,
     draw_joint_errors,
     hold_commands,
+    limit_steps,
+    norm,
     place_on_slope,
+    split_genomes,
     stepping_measures,
 )
-from gaitsim.portable import norm
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last, time_second
 from gaitsim_spider.damage import Legs, SpiderAnatomy, damaged_anatomy

@@ -7,7 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable.scalar import sin, tan
+from gaitsim.plugin.toolkit import scalar_sin as sin, scalar_tan as tan
 
 _f = np.float32
 _ZERO: Any = _f(0.0)

@@ -4,7 +4,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.plugin import Array, Fitness, Motion, option
 from gaitsim_spider.body import time_last
 
 

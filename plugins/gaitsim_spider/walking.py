@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable.compiled import sin_and_cos
+from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos
 from gaitsim_spider.body import FOOT_RADIUS
 from gaitsim_spider.damage import Legs
 from gaitsim_spider.intervals import SIZE

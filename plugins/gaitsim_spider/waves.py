@@ -7,8 +7,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.portable import cos, sin
-from gaitsim.portable.compiled import sin_and_cos
+from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos, cos, sin
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

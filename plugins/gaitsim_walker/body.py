@@ -14,8 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Link, Rig
-from gaitsim.contracts.quaternions import turn_about_axis
+from gaitsim.plugin import Link, Rig, turn_about_axis
 
 TORSO_LENGTH, TORSO_HEIGHT = 0.50, 0.12  # m; a biped's torso is upright
 TORSO_MASS, THIGH_MASS, SHANK_MASS = 6.0, 0.6, 0.3  # kg

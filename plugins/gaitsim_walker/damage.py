@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.legged import parse_damage
+from gaitsim.plugin.toolkit import parse_damage
 from gaitsim_walker.body import SHANK_MASS, THIGH_MASS, Floats, WalkerPlan
 
 

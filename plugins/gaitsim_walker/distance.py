@@ -5,7 +5,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Fitness, Motion, option
+from gaitsim.plugin import Array, Fitness, Motion, option
 
 
 class Distance(Fitness):

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import pymunk
 
-from gaitsim.contracts import Array, Motion
-from gaitsim.legged import STRIDE_FREQUENCY
+from gaitsim.plugin import Array, Motion
+from gaitsim.plugin.toolkit import STRIDE_FREQUENCY
 from gaitsim_walker import body
 from gaitsim_walker.body import FRAME_RATE, Floats
 from gaitsim_walker.surroundings import Ground, Surroundings

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from gaitsim.contracts import Array, Measure, Motion, Skeleton
-from gaitsim.legged import BODY_HEIGHT, STRIDE_FREQUENCY, stepping_measures
+from gaitsim.plugin import Array, Measure, Motion, Skeleton
+from gaitsim.plugin.toolkit import BODY_HEIGHT, STRIDE_FREQUENCY, stepping_measures
 from gaitsim_walker import body
 from gaitsim_walker.body import Floats, WalkerPlan
 from gaitsim_walker.surroundings import Surroundings

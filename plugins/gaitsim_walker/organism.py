@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     WORLD_HELP,
     Array,
     Channel,
@@ -24,22 +24,20 @@ from gaitsim.contracts import (
     check_world,
     option,
 )
-from gaitsim.encoding import (
-    GeneGroup,
-    Oscillators,
-    check_joint_angles,
-    check_time_step,
-    genome_space,
-    split_genomes,
-)
-from gaitsim.legged import (
+from gaitsim.plugin.toolkit import (
     DAMAGE_HELP,
     STRIDE_FREQUENCY,
     STRIDE_FREQUENCY_CHANNEL,
+    GeneGroup,
+    Oscillators,
     angles_frequency,
+    check_joint_angles,
+    check_time_step,
     conditions,
     draw_joint_errors,
     draw_push,
+    genome_space,
+    split_genomes,
     world_seed,
 )
 from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, WalkerPlan, rig

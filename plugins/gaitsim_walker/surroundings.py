@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gaitsim.legged import delay_angles, hold_commands
+from gaitsim.plugin.toolkit import delay_angles, hold_commands
 from gaitsim_walker.body import FRAME_RATE, STOP, Floats, WalkerPlan
 from gaitsim_walker.damage import Impairment
 

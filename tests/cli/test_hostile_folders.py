@@ -10,9 +10,9 @@ import sys
 from itertools import cycle
 
 import pytest
-from conftest import PUPPETS
 from hostile import CASES, FILES, attacked, make_template
 
+from conftest import PUPPETS
 from gaitsim.cli import main
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc")

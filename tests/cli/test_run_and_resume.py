@@ -290,8 +290,8 @@ def test_a_run_that_sets_ranges_ends_with_unseen_worlds(gaitsim, puppet_file):
 def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 2)
     found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["checks"]
-    assert [check["world"] for check in found["checks"]] == [{"wind": 0.1}, {"wind": 9.0}]
-    assert [check["passed"] for check in found["checks"]] == [True, False]
+    assert [check["world"] for check in found["worlds"]] == [{"wind": 0.1}, {"wind": 9.0}]
+    assert [check["passed"] for check in found["worlds"]] == [True, False]
     assert not found["holds"]
     assert found["depends_on"] == ["turns all joints"]
     resumed, analysed = gaitsim("resume", "puppet").stdout, gaitsim("analyse", "puppet")

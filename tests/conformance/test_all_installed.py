@@ -1,10 +1,10 @@
 """Every plugin and preset that is installed is held to what a third party's is."""
 
 import pytest
+from gaitsim.testing.examine import examine
 
 from gaitsim.registry import EXPERIMENTS, PLUGINS, entries, find
 from gaitsim.testing import check_package
-from gaitsim.testing.examine import examine
 
 ALL = [(kind, name) for kind in (*PLUGINS, EXPERIMENTS) for name in entries(kind)]
 

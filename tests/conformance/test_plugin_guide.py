@@ -49,8 +49,9 @@ def test_the_steps_of_the_guide_make_a_working_body(tmp_path):
 
 def test_the_finding_in_the_guide_is_that_of_the_check(install):
     """Its example of a finding is one."""
-    from gaitsim.registry import find
     from gaitsim.testing.examine import examine
+
+    from gaitsim.registry import find
 
     (text,) = [text for file, text in steps() if file.endswith("__init__.py")]
     spoilt = text.replace("x = hops", "x = genomes.mean() + hops")
@@ -63,9 +64,10 @@ def test_the_finding_in_the_guide_is_that_of_the_check(install):
 
 
 def test_the_search_in_the_docstring_conforms(install):
+    from gaitsim.testing.examine import examine
+
     from gaitsim.contracts import Search
     from gaitsim.registry import find
-    from gaitsim.testing.examine import examine
 
     (text,) = re.findall(r"```python\n(.*?)```", cleandoc(Search.__doc__), re.DOTALL)
     install("gaitsim_sobol", dedent(text), {"search": {"example": "SobolSearch"}})

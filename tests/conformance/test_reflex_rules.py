@@ -1,9 +1,9 @@
 """Each rule for reflexes reports its kind of error, and a correct reflex passes."""
 
 import pytest
+from gaitsim.testing.examine import examine
 
 from gaitsim.registry import find
-from gaitsim.testing.examine import examine
 
 SOURCE = '''
 from typing import ClassVar

@@ -4,10 +4,10 @@ import sys
 from types import SimpleNamespace
 
 import pytest
-
-from gaitsim.registry import find
 from gaitsim.testing.examine import digest_results, examine
 from gaitsim.testing.rules import bodies
+
+from gaitsim.registry import find
 
 NAMES = {
     "organism": "Body",

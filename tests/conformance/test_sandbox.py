@@ -5,11 +5,11 @@ import signal
 from pathlib import Path
 
 import pytest
+from gaitsim.testing.rules.packages import select_plugins
 from waiting import until
 
 from gaitsim.errors import PluginError
 from gaitsim.testing import check, check_package
-from gaitsim.testing.rules.packages import select_plugins
 
 LOOPS = "class X(Body):\n    def move(self, genomes):\n        while True: pass\n"
 

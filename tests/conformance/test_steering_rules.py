@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 from cart import Cart, SteeredCart, motion
+from gaitsim.testing.rules.steering import check_steering
 
 from gaitsim.experiment import load_experiment
-from gaitsim.testing.rules.steering import check_steering
 from gaitsim_robot.organism import Robot
 
 

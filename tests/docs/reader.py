@@ -20,7 +20,11 @@ from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.storage.manage import trash_run
 
 ROOT = Path(__file__).parents[2]
-PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+PAGES = [
+    ROOT / "README.md",
+    *sorted((ROOT / "docs").glob("*.md")),
+    *sorted(ROOT.glob("plugins/*/docs/*.md")),
+]
 HELP = dict(helps())
 FOUND: dict[Path | str, list[Step]] = {path: list(steps(path.read_text())) for path in PAGES}
 FOUND |= {words: list(examples(text)) for words, text in HELP.items()}
@@ -172,7 +176,9 @@ def its_examples_exist(
     for file, line in OWN.items():
         if file in " ".join(step.text for step in found):
             reader_does(Step(line), folder, runs, gaitsim)
-    studies = [step for step in FOUND[ROOT / "docs" / "studies.md"] if step.file]
+    studies = [
+        step for step in FOUND[ROOT / "plugins/gaitsim-studies/docs/studies.md"] if step.file
+    ]
     reader_does(studies[0]._replace(file="my-study.toml"), folder, runs, gaitsim)
 
 

@@ -2,10 +2,10 @@ import sys
 
 import numpy as np
 import pytest
-from breeding import breed, initial_population
 from hypothesis import given, settings, strategies as st
 from scipy.stats import binomtest
 
+from breeding import breed, initial_population
 from gaitsim.contracts import RealSpace
 from gaitsim.errors import PluginError
 from gaitsim.evaluation.streams import Purpose, stream

@@ -5,9 +5,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from breeding import breed
 from hypothesis import given, settings, strategies as st
 
+from breeding import breed
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve

@@ -4,8 +4,8 @@ from functools import partial
 
 import numpy as np
 import pytest
-from breeding import breed, initial_population
 
+from breeding import breed, initial_population
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evolution import SearchProgress, evolve

@@ -2,9 +2,9 @@ from functools import partial
 
 import numpy as np
 import pytest
-from breeding import breed, initial_population
 from scipy.stats import mannwhitneyu
 
+from breeding import breed, initial_population
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.evolution.repeats import evolve_repeats

@@ -5,8 +5,8 @@ from itertools import islice
 
 import numpy as np
 import pytest
-from breeding import warm_start_population
 
+from breeding import warm_start_population
 from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import SearchProgress, evolve, reevaluate

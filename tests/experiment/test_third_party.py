@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from breeding import breed
 
+from breeding import breed
 from gaitsim.experiment import parse_experiment
 
 

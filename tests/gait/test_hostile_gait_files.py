@@ -12,7 +12,7 @@ from readers import ANGLES, NAMES, matlab, packed
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import MOST_FRAMES, Gait, read_gait, write_gait
 from gaitsim.gait.matlab import read_matlab
-from gaitsim.imitation import load_imitator
+from gaitsim_imitation import load_imitator
 
 
 def test_a_matlab_file_is_unpacked_within_bounds(tmp_path, monkeypatch):

@@ -7,7 +7,7 @@ from typing import ClassVar
 import numpy as np
 from pydantic import model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     WORLD_HELP,
     BitSpace,
     Channel,

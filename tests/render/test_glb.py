@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from gltf import Gltf
 
 from gaitsim.contracts import Skeleton, Solid, Terrain
 from gaitsim.errors import PluginError, RunError
@@ -16,6 +15,7 @@ from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.render.scene import Clip
 from gaitsim_exports.gltf.glb import glb, write_glb
+from gltf import Gltf
 
 SPIDER = load_experiment("spider")
 BODIES = [

@@ -1,57 +1,18 @@
 """Parallel coordinates of members and cells: positions, figures, and pictures of characters."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 
-from gaitsim.errors import GaitsimError, NothingToPlotError
+from gaitsim.errors import NothingToPlotError
 from gaitsim.render.parallel_view import ParallelAxis, ParallelView
 from gaitsim.render.plots.parallel import parallel_figure
 from gaitsim.render.plots.style import LIGHT
-from gaitsim.render.terminal.parallel import SELECTED, ParallelPicture
-from gaitsim.study.file import Study
-
-SIZE = 60, 20
 
 
 def view(*columns, scores=None):
     axes = [ParallelAxis(f"axis {at}", np.array(one, float)) for at, one in enumerate(columns)]
     scores = np.arange(len(columns[0]), dtype=float) if scores is None else np.array(scores, float)
     return ParallelView((*axes, ParallelAxis("score", scores, "m", "max")), "members")
-
-
-def picture(view, order=None, flipped=(), size=SIZE):
-    return ParallelPicture(view, order or range(len(view.axes)), frozenset(flipped), *size)
-
-
-def test_cells_of_a_study_are_lines_across_its_options():
-    study = Study(
-        experiments=("a", "b"), axes={"rate": (0.1, 0.2), "kind": ("x", "y"), "one": (3,)}
-    )
-    points = [
-        {"experiment": name, "rate": rate, "kind": kind, "one": 3}
-        for name in "ab"
-        for rate in (0.1, 0.2)
-        for kind in "xy"
-    ]
-    experiment = SimpleNamespace(fitness=SimpleNamespace(unit="m"))
-    cells = [SimpleNamespace(point=point, experiment=experiment) for point in points]
-    bests = [np.full((3, 2), float(at)) for at in range(8)]
-    bests[2][1, -1] = -np.inf
-    found = ParallelView.of_study(study, [*zip(cells, bests, strict=True)])
-    assert [axis.name for axis in found.axes] == ["experiment", "rate", "kind", "mean best score"]
-    assert found.axes[1].choices == ("0.1", "0.2")
-    assert found.best == 7
-    assert found.axes[-1].label == "mean best score (m)"
-    assert np.flatnonzero(np.isnan(found.scores)).tolist() == [2]
-    assert found.axes[-1].text(2) == "–"
-    # Cells with the same choice are side by side, in the order of their scores.
-    beside = found.shares[[0, 1, 4, 5], 1]
-    assert (np.diff(beside) > 0).all()
-    assert beside.max() < 0.5 < found.shares[[2, 3, 6, 7], 1].min()
-    with pytest.raises(GaitsimError, match="no cell"):
-        ParallelView.of_study(study, [])
 
 
 def test_the_figure_has_a_line_for_each_item_and_the_best_is_thick():
@@ -68,37 +29,9 @@ def test_the_figure_has_a_line_for_each_item_and_the_best_is_thick():
         parallel_figure(view(*[[1, 2]] * 20), "runs", LIGHT)
 
 
-def test_the_selected_line_crosses_the_axes_at_its_values():
-    found = view([0, 1, 0.5], [1, 0, 0.5])
-    drawn = picture(found)
-    _, inks = drawn.draw(0, 1)
-    selected = inks == SELECTED
-    rows = [np.flatnonzero(selected[:, drawn.column(place)]) for place in range(3)]
-    assert rows[0].min() == 1  # the highest value of axis 0
-    assert rows[1].max() == SIZE[1] - 2  # the lowest one of axis 1
-    # Flipped and moved, the line is where the axis now is.
-    turned = picture(found, order=[1, 0, 2], flipped=[1])
-    _, inks = turned.draw(0, 1)
-    assert np.flatnonzero((inks == SELECTED)[:, 0]).min() == 1
-    assert turned.heights[:, 0].tolist() == [0.0, 1.0, 0.5]
-
-
-def test_steps_and_clicks_select_items_by_their_values():
-    found = view([3, 1, 2, np.nan], [1, 2, 3, 4])
-    drawn = picture(found)
-    assert drawn.beside(0, 1, 1) == 2
-    assert drawn.beside(0, 0, 1) == 0
-    assert drawn.beside(0, 3, 1) == 0  # without a value, the highest
-    assert drawn.nearest(drawn.column(1), 1) == (1, 3)
-    assert drawn.nearest(drawn.column(0), SIZE[1] - 2) == (0, 1)
-
-
 @pytest.mark.parametrize(
     "values", [[1.0], [2.0, 2.0], [np.nan, 1.0], [1e308, -1e308], [0.0] * 5_000]
 )
 def test_extreme_items_are_drawn(values):
     found = view(values, [1.0] * len(values))
-    codes, _ = picture(found).draw(0, found.best)
-    assert codes.shape == SIZE[::-1]
     parallel_figure(found, "runs", LIGHT)
-    assert not picture(found, size=(10, 20)).fits

@@ -21,7 +21,6 @@ from gaitsim.experiment import load_atlas, load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.channels import read_signal
-from gaitsim.render.plots.comparison import FIGURES
 from gaitsim.render.plots.components import limit_constant, lines_of
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
@@ -29,12 +28,13 @@ from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, style
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.storage.files.history import terms_of
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.study.comparison import Sample, analyse
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
+from gaitsim_studies.comparison import Sample, analyse
+from gaitsim_studies.comparison_plots import FIGURES
 
 SPACE = ("x", "y", "z")
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from breeding import breed
 from run_helpers import THRESHOLD, Killed, continue_run, kill_at
 
+from breeding import breed
 from gaitsim.errors import ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve

@@ -113,7 +113,7 @@ _NAMES |= {"-": "minus", "/": "slash", "_": "underscore"}
 
 @pytest.fixture(autouse=True)
 def state_folder(tmp_path, monkeypatch):
-    """Keep counts of used keys out of the home folder."""
+    """Keep the options of a real robot out of the home folder."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 

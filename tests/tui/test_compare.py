@@ -15,11 +15,11 @@ from waiting import app_until
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
+from gaitsim.storage.compare_runs import RunsReader, comparison_table, fair_axis
 from gaitsim.storage.creation import create_run
+from gaitsim.storage.differences import ABSENT, differences, scoring_warning
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
-from gaitsim.study.compare_runs import RunsReader, comparison_table, fair_axis
-from gaitsim.study.differences import ABSENT, differences, scoring_warning
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
 from gaitsim.tui.widgets.curves import Curves

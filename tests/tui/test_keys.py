@@ -13,16 +13,15 @@ from textual.widgets import Input, TextArea
 
 from gaitsim.tui import screens
 from gaitsim.tui.screens.base import Dialog
-from gaitsim.tui.screens.change_dialog import ChangeDialog
 from gaitsim.tui.screens.columns_dialog import ColumnsDialog
-from gaitsim.tui.screens.damage import JointDialog
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.files import ChooseFile
 from gaitsim.tui.screens.help import Help, Jump
 from gaitsim.tui.screens.presets import Presets
 from gaitsim.tui.screens.questions import Ask, Choose, Confirm, NoteDialog, Pick
-from gaitsim.tui.screens.study_dialog import SWEEP, StudyDialog
 from gaitsim.tui.screens.verify import AskCode, ShowCode
+from gaitsim_adaptation.damage import JointDialog
+from gaitsim_studies.study_dialog import SWEEP, StudyDialog
 
 BURST = "nRpSds/xqcf"  # letters that have a meaning on the screens below
 
@@ -54,8 +53,6 @@ def two(walk):
         (["R"], "Ask"),  # rename
         (["B"], "Ask"),  # gallery
         (["N"], "NoteDialog"),
-        (["enter", "c"], "ChangeDialog"),
-        (["enter", "f"], "ChangeDialog"),  # fork
         (["enter", "g"], "Ask"),  # generations
         (["slash"], "Home"),  # the filter
     ],
@@ -129,7 +126,6 @@ DIALOGS = {
     "Pick": lambda home: Pick("Which?", {"one": Text("One")}),
     "ColumnsDialog": lambda home: ColumnsDialog(["name"], ["name", "body"], ["seed"]),
     "NoteDialog": lambda home: NoteDialog("one", ""),
-    "ChangeDialog": lambda home: ChangeDialog(home.runs[0].path),
     "ExportDialog": lambda home: ExportDialog(home.runs[0].path),
     "StudyDialog": lambda home: StudyDialog(SWEEP),
     "ShowCode": lambda home: ShowCode("A code", "gaitsim1-abc"),
@@ -171,7 +167,7 @@ async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
         await driver.until(lambda: not app.holds_keys)
         assert received == {dialog: MANY}
         assert driver.screen is opened
-        if dialog in ("Ask", "NoteDialog", "ChangeDialog", "AskCode"):
+        if dialog in ("Ask", "NoteDialog", "AskCode"):
             await driver.until(lambda: text_of(opened) == MANY)
 
 
@@ -201,21 +197,19 @@ async def test_dialogs_receive_a_burst_after_their_keys(two, drive, received, op
         assert received[dialog] == MANY, dict(received)
 
 
-async def test_a_key_after_enter_does_not_cancel_a_change(two, drive, monkeypatch):
-    answers = []
-    dismiss = ChangeDialog.dismiss
-    monkeypatch.setattr(
-        ChangeDialog,
-        "dismiss",
-        lambda dialog, answer=None: (answers.append(answer), dismiss(dialog, answer))[1],
-    )
+async def test_a_key_after_enter_does_not_cancel_a_change(two, drive):
     async with drive() as driver:
         await driver.press("enter")
-        await driver.at("Live")
+        live = await driver.at("Live")
         await driver.until(lambda: "live.change" in driver.offered())
+        changes = []
+        live._continue = changes.append
         await driver.press("c")
-        await driver.at("ChangeDialog")
-        await driver.type("fitness.price")
-        send(driver.app, *"=0.3", "enter", "x", "l")
+        form = await driver.at("Change")
+        await driver.until(lambda: form.validation is not None)
+        form.go_to("fitness.price")
+        await driver.until(lambda: isinstance(driver.app.focused, Input))
+        driver.app.focused.value = ""
+        send(driver.app, *"0.3", "enter", "x", "l")
         await driver.at("Live")
-        assert [answer.overrides for answer in answers] == [{"fitness.price": "0.3"}]
+        assert changes == [{"fitness.price": "0.3"}]

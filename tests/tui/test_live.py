@@ -3,7 +3,6 @@
 import asyncio
 import dataclasses
 import os
-import threading
 from contextlib import asynccontextmanager
 from functools import partial
 from itertools import islice
@@ -13,7 +12,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from rich.style import Style
-from textual.events import Key
 from textual.widgets import Input, Static
 from waiting import app_until
 
@@ -29,7 +27,7 @@ from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_board
-from gaitsim.tui.screens.change_dialog import ChangeDialog, changeable_options
+from gaitsim.tui.screens.change import Change
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
 from gaitsim.tui.screens.live_source import ChampionSimulator, with_failure
@@ -71,18 +69,26 @@ async def live(run, *, size=(80, 24), **options):
             await screen.process.wait_ended()
 
 
-def options_of(dialog):
-    """Return the number of options in a dialog."""
-    return dialog.query_one("#change-options").option_count
-
-
 async def paused_at(pilot, screen, generation):
     await app_until(
         pilot, lambda: screen.state == "paused" and screen.snapshot.generation == generation
     )
 
 
-async def type_in(pilot, text, field="#change-text"):
+async def ask_change(pilot, key="c"):
+    """Open the form of changes, and return it once the experiment is loaded."""
+    await pilot.press(key)
+    await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
+    form = pilot.app.screen
+    await app_until(pilot, lambda: form.validation is not None)
+    return form
+
+
+def status(form):
+    return str(form.query_one("#status", Static).render())
+
+
+async def type_in(pilot, text, field):
     pilot.app.screen.query_one(field, Input).value = text
     await pilot.pause()
 
@@ -246,19 +252,16 @@ class TestSteering:
         run = make(0, SLOW, generations=100_000)
         async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
-            await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            dialog = pilot.app.screen
-            await app_until(pilot, lambda: options_of(dialog))
-            await type_in(pilot, "fitness.price=0.7 elites=[/b]")
+            form = await ask_change(pilot)
+            form.go_to("fitness.price")
+            await app_until(pilot, lambda: isinstance(pilot.app.focused, Input))
+            pilot.app.focused.value = "[/b]"
             await pilot.press("enter")
-            message = dialog.query_one("#change-message", Static)
-            await app_until(pilot, lambda: "elites" in str(message.render()))
-            assert pilot.app.screen is dialog
-            await type_in(pilot, "fitness.price=0.7")
-            command = str(dialog.query_one("#change-command").render())
-            await app_until(pilot, lambda: "not comparable" in str(message.render()))
-            command = str(dialog.query_one("#change-command").render())
+            await app_until(pilot, lambda: "fitness.price" in status(form))
+            assert pilot.app.screen is form
+            pilot.app.focused.value = "0.7"
+            await app_until(pilot, lambda: "not comparable" in status(form))
+            command = str(form.query_one("#command").render())
             assert command == "$ gaitsim resume runs/walk --set fitness.price=0.7"
             await pilot.press("enter")
             await app_until(pilot, lambda: screen.snapshot.stage == 2)
@@ -274,98 +277,28 @@ class TestSteering:
             RunSnapshot(whole).history["best"].tolist() == RunSnapshot(run).history["best"].tolist()
         )
 
-    @pytest.mark.slow
-    async def test_options_are_found_and_chosen_from_the_list(self, make):
-        async with live(make(3)) as (screen, pilot):
-            await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            dialog = pilot.app.screen
-            await app_until(pilot, lambda: options_of(dialog))
-            typed, message = (
-                dialog.query_one("#change-text", Input),
-                dialog.query_one("#change-message"),
-            )
-            await type_in(pilot, "search.elites=1 ")
-            for way in (["down", "enter"], ["enter"], ["tab"], "click"):
-                await pilot.press("end", *"pric")
-                if way == "click":
-                    await pilot.click("#change-options", offset=(3, 0))
-                else:
-                    await pilot.press(*way)
-                await app_until(pilot, lambda: typed.value == "search.elites=1 fitness.price=")
-                await app_until(pilot, lambda: "Current value" in str(message.render()))
-                assert not message.has_class("problem")
-                await pilot.press("enter")  # no value yet
-                await pilot.press(*"0.7")
-                assert typed.value == "search.elites=1 fitness.price=0.7"
-                await pilot.press("down", "enter")
-                assert typed.value == "search.elites=1 fitness.price=0.7"
-                await pilot.press(*["backspace"] * len("fitness.price=0.7"))
-            await pilot.press("down", "down", *"pri", "down", "up", "c", "tab")
-            assert typed.value == "search.elites=1 fitness.price="
-            assert pilot.app.screen is dialog
-            await pilot.click("#change-cancel")
+    async def test_a_finished_run_needs_more_generations_and_its_population_stays(self, make):
+        async with live(make(20)) as (screen, pilot):
+            form = await ask_change(pilot)
+            assert form.builder.changes == {"evolution.generations": "30"}
+            form.assign("evolution.population", "9")
+            await app_until(pilot, lambda: "evolution.population" in form.validation.problems)
+            await pilot.press("ctrl+r")
+            await app_until(pilot, lambda: isinstance(pilot.app.focused, Input))
+            assert pilot.app.screen is form
+            await pilot.press("escape")
             await app_until(pilot, lambda: pilot.app.screen is screen)
-            assert screen.state == "stopped"
-
-    @pytest.mark.slow
-    async def test_options_are_found_by_meaning_and_by_terms_of_the_score(self, make):
-        async with live(make(3)) as (_, pilot):
-            await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            dialog = pilot.app.screen
-            await app_until(pilot, lambda: options_of(dialog))
-            everything = options_of(dialog)
-            for word in ("terms", "different"):  # in no key
-                await pilot.press(*word)
-                await app_until(pilot, lambda: 0 < options_of(dialog) < everything)
-                await pilot.press(*["backspace"] * len(word))
-                await app_until(pilot, lambda: options_of(dialog) == everything)
-            await pilot.press("down", "home")
-            about = dialog._known[0].about
-            shown = dialog.query_one("#change-message")
-            await app_until(pilot, lambda: about in str(shown.render()))
-
-    @pytest.mark.slow
-    async def test_an_option_is_completed_before_the_list_is_read(self, make, monkeypatch):
-        ready = threading.Event()
-
-        def slow(run):
-            ready.wait(60)
-            return changeable_options(run)
-
-        monkeypatch.setattr("gaitsim.tui.screens.change_dialog.changeable_options", slow)
-
-        run = make(3)
-        async with live(run) as (screen, pilot):
-            await pilot.press("c")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            typed = pilot.app.screen.query_one("#change-text", Input)
-            await pilot.press(*"pric", "enter", "7")
-            assert typed.value == "pric"
-            ready.set()
-            await app_until(pilot, lambda: typed.value == "fitness.price=7")
-            await pilot.press("5")
-            assert typed.value == "fitness.price=75"
-            typed.value = ""
-            for key in (*"pric", "enter", *"23", "backspace", "5", "enter"):  # in one burst
-                pilot.app.post_message(Key(key, key if len(key) == 1 else None))
-            await app_until(pilot, lambda: pilot.app.screen is screen)
-            await app_until(pilot, lambda: len(RunSnapshot(run).stages) == 2)
-            (change,) = RunSnapshot(run).stages[-1].changes
-            assert (change.key, change.now) == ("fitness.price", 25)
+            assert screen.state == "finished"
 
     @pytest.mark.slow
     async def test_a_fork_does_not_change_the_original(self, make):
         run = make(0, SLOW, generations=100_000)
         async with live(run, resume=True) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 2)
-            await pilot.press("f")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            await app_until(pilot, lambda: options_of(pilot.app.screen))
-            await type_in(pilot, "runs/[red]fork", "#change-out")
-            await type_in(pilot, "search.elites=1")
-            await pilot.click("#change-do")
+            form = await ask_change(pilot, "f")
+            await type_in(pilot, "runs/[red]fork", "#out")
+            form.assign("search.elites", "1")
+            await pilot.press("ctrl+r")
             await app_until(
                 pilot, lambda: pilot.app.screen is not screen and isinstance(pilot.app.screen, Live)
             )
@@ -381,11 +314,9 @@ class TestSteering:
 
     async def test_a_failed_fork_is_reported(self, make):
         async with live(make(3)) as (screen, pilot):
-            await pilot.press("f")
-            await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeDialog))
-            await app_until(pilot, lambda: options_of(pilot.app.screen))
-            await type_in(pilot, "runs/walk/experiment.toml/x", "#change-out")
-            await pilot.press("enter")
+            await ask_change(pilot, "f")
+            await type_in(pilot, "runs/walk/experiment.toml/x", "#out")
+            await pilot.press("ctrl+r")
             await app_until(pilot, lambda: problem(screen))
             assert "cannot write" in problem(screen)
 

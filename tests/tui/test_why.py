@@ -6,7 +6,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.gait import analyse_individual
-from gaitsim.gait.feedback import Course, FeedbackResults, Walks
+from gaitsim.gait.worlds import FeedbackResults, Outcome, WorldResults
 from gaitsim.tui.screens.why import Why
 
 
@@ -63,8 +63,10 @@ async def test_the_screen_shows_whether_the_gait_holds(walk, drive, puppets, mon
 
 
 async def test_the_screen_shows_what_reflexes_are_worth(walk, drive, monkeypatch):
-    course = Course(1.0, 0.1, False)
-    results = FeedbackResults(("heading",), *[Walks(course, (course,))] * 2)
+    course = Outcome(2.0, 0.0, fell=False, yaw=0.1)
+    results = FeedbackResults(
+        ("heading",), *[WorldResults("forward", "m", course, ({},), (course,))] * 2
+    )
     monkeypatch.setattr("gaitsim.tui.screens.why.compare_blind", lambda one, workers: results)
     run = walk()
     async with drive() as driver:

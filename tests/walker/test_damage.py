@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
+from gaitsim.testing.rules.views import check_rig
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.plan import leg_at, next_leg, plan_of
-from gaitsim.testing.rules.views import check_rig
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
 

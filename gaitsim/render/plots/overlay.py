@@ -9,7 +9,7 @@ from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import add_heading, shorten
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, check_target, save, styled
 from gaitsim.render.series import run_curves
-from gaitsim.study.compare_runs import ComparedRun, quantity_label, warning
+from gaitsim.storage.compare_runs import ComparedRun, quantity_label, warning
 
 
 def plot_overlay(
@@ -19,8 +19,8 @@ def plot_overlay(
 
     Args:
         runs: runs to compare.
-        quantity: vertical axis, a name in `gaitsim.study.compare_runs.QUANTITIES`.
-        by: horizontal axis, a name in `gaitsim.study.compare_runs.AXES`.
+        quantity: vertical axis, a name in `gaitsim.storage.compare_runs.QUANTITIES`.
+        by: horizontal axis, a name in `gaitsim.storage.compare_runs.AXES`.
         path: path of the file.
         theme: colours of the plot.
     """

@@ -1,7 +1,5 @@
-"""Plot parallel coordinates: the members of a run, or the cells of a study."""
+"""Plot parallel coordinates."""
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,24 +8,13 @@ from gaitsim.errors import NothingToPlotError
 from gaitsim.render.archive_view import colour_scale_low
 from gaitsim.render.parallel_view import ParallelView
 from gaitsim.render.plots.labels import add_heading, shorten
-from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, replace_figure, styled
-from gaitsim.study.file import Cell, Study
-from gaitsim.study.running import Best
+from gaitsim.render.plots.style import WIDTH, Theme, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-FILE = "parallel.png"
 MAX_AXES = 12
 _SMOOTH = 24  # points of a line between two axes
-
-
-def plot_cells(folder: Path, study: Study, found: Sequence[tuple[Cell, Best]]) -> None:
-    """Draw the cells of a study into a folder; with a single option, remove an old figure."""
-    view = ParallelView.of_study(study, found)
-    drawn = 3 <= len(view.axes) <= MAX_AXES and view.best is not None
-    text = f"{study.name}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}"
-    replace_figure(folder / FILE, parallel_figure(view, text, LIGHT) if drawn else None)
 
 
 def parallel_figure(view: ParallelView, text: str, theme: Theme) -> "Figure":

@@ -6,7 +6,7 @@ import numpy as np
 
 from gaitsim.gait.feet import Floats
 from gaitsim.gait.sensitivity import PARTS
-from gaitsim.gait.unseen import UnseenResults
+from gaitsim.gait.worlds import UnseenResults
 from gaitsim.render.plots.labels import add_heading, format_number
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 

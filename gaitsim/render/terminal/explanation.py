@@ -11,12 +11,17 @@ from gaitsim.errors import GaitsimError, MissingFunctionError
 from gaitsim.evaluation.worlds import describe
 from gaitsim.gait import GaitAnalysis, compare_bodies
 from gaitsim.gait.changed import QuantityPair, engine_of
-from gaitsim.gait.checks import CheckResults
-from gaitsim.gait.feedback import ERROR, FeedbackResults
 from gaitsim.gait.report import quantities
+from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
 from gaitsim.gait.sensitivity import Effect
-from gaitsim.gait.unseen import SCORE, UnseenResults
+from gaitsim.gait.worlds import (
+    HORN_ERROR,
+    SCORE,
+    CheckResults,
+    FeedbackResults,
+    UnseenResults,
+)
 from gaitsim.individual import Individual
 from gaitsim.render.terminal.text import number
 
@@ -169,12 +174,12 @@ def check_results(found: CheckResults) -> Passage:
     measure = f"{found.measure} {found.unit}".rstrip()
     rows = tuple(
         (
-            one.name,
-            format_or_dash(one.outcome.result, 3),
-            format_percent(one.kept),
-            one.outcome.failure or "falls" * one.outcome.fell,
+            describe(world),
+            format_or_dash(one.result, 3),
+            format_percent(found.kept_in(at)),
+            one.failure or "falls" * one.fell,
         )
-        for one in found.checks
+        for at, (world, one) in enumerate(zip(found.worlds, found.outcomes, strict=True))
     )
     summary = found.summary
     depends = tuple(f"The gait depends on the {one}." for one in found.depends_on)
@@ -196,18 +201,38 @@ def feedback_results(found: FeedbackResults) -> Passage:
         (
             name,
             f"{number(math.degrees(one.yaw), 1)}°",
-            format_percent(one.kept),
-            f"{number(one.nominal.forward, 2)} m",
-            f"{one.falls} of {len(one.draws)}",
+            format_percent(one.kept(one.mean)),
+            f"{number(one.nominal.result, 2)} {one.unit}".rstrip(),
+            f"{one.falls} of {len(one.worlds)}",
         )
         for name, one in both.items()
     )
     return Passage(
-        f"Servo horns {ERROR:g}° off, {len(found.blind.draws)} draws",
+        f"Servo horns {HORN_ERROR:g}° off, {len(found.blind.worlds)} draws",
         columns=("", *columns),
         rows=rows,
         numbers=columns,
         notes=(f"Reflexes: {', '.join(found.reflexes)}.",),
+    )
+
+
+def perturbation_results(found: Robustness) -> Passage:
+    """Return the score of a gait under each perturbation, and whether it collapses."""
+    numbers = ("score", "falls by")
+    rows = tuple(
+        (one.name, number(one.score), f"{100 * one.fall:.0f} %", one.sign)
+        for one in found.perturbations
+    )
+    about = (
+        f"A fall of 100 % is {number(found.worth)}: the absolute value of the score, or its gain "
+        "since the first generation if that is larger. Random perturbations are means of ten draws."
+    )
+    return Passage(
+        "Robustness to perturbations",
+        columns=("perturbation", *numbers, "") if rows else (),
+        rows=rows,
+        numbers=numbers,
+        notes=(*([about] if rows else []), *(f"Not available: {one}." for one in found.missing)),
     )
 
 
@@ -280,13 +305,6 @@ def summary_line(found: UnseenResults) -> str:
         f"In {worlds}: median {format_or_dash(found.median, 2)}{unit}, worst tenth "
         f"{format_or_dash(found.worst_tenth, 2)}{unit}, {found.falls_in_words}{worst}"
     )
-
-
-def format_strongest(found: UnseenResults) -> str:
-    """Return the most harmful condition and range, such as 'friction below 0.6', or a dash."""
-    if not found.effects:
-        return "–"
-    return f"{found.effects[0].condition} {format_range(found.effects[0], found)}"
 
 
 def format_range(effect: Effect, found: UnseenResults) -> str:

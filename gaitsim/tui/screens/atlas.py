@@ -38,7 +38,6 @@ dots are cells without a gait.
   measures. Below the map are its number, score and position on all axes.
 - **Axes**: with more than two axes, each cell shows the best score over the other axes. `]` and
   `[` step through pairs of axes, opposite legs first; `x` and `z` change one axis.
-- **Parallel** shows all members in parallel coordinates.
 - **Best** selects the best gait, **Go to** a gait by its number.
 - While the run evolves, the map fills, and the numbers of members change.
 - **Replay**, **Why**, **Export** and the **Laboratory** apply to the gait under the cursor.

@@ -18,14 +18,16 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Button
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.keys import NAMED, PREFIX, bindings
+from gaitsim.tui.keys import NAMED, PREFIX, add_package_actions, bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.terminal_output import ContrastFilter
 from gaitsim.tui.themes import is_ours
-from gaitsim.tui.widgets.footer import Footer, Header, HintLine
+from gaitsim.tui.widgets.footer import Footer, Header
 
 if TYPE_CHECKING:
     from gaitsim.individual import Which
+
+add_package_actions()  # Textual reads the keys of a class when it is defined
 
 T = TypeVar("T")
 Result = TypeVar("Result")
@@ -90,8 +92,6 @@ class GaitScreen(Screen[None]):
     def compose(self) -> ComposeResult:
         yield Header()
         yield from self.content()
-        if self.gaitsim.hints is not None:
-            yield HintLine(self.gaitsim.hints)
         yield Footer()
 
     def content(self) -> ComposeResult:
@@ -122,9 +122,9 @@ class GaitScreen(Screen[None]):
         yield PaletteCommand(
             "Verify a code", "Check the score of a pasted challenge code", self.verify_code
         )
-        yield PaletteCommand(
-            "Playground", "Write a web page on which a spider learns to walk", self.write_playground
-        )
+        for action in add_package_actions():
+            if not action.keys and action.show is not None:
+                yield PaletteCommand(action.label, action.about, partial(action.show, self))
         yield from _everywhere(self.gaitsim)
 
     async def may_leave(self) -> bool:
@@ -150,6 +150,15 @@ class GaitScreen(Screen[None]):
         """Show another screen, such as 'replay.Replay', made with the arguments."""
         self.app.push_screen(_screen(name, *arguments, **options))
 
+    @work(group="ask")
+    async def ask_for_file(
+        self, title: str, about: str, default: str, *command: str | Path
+    ) -> None:
+        """Ask for a file or folder, and start a command that writes it: `… --out FILE`."""
+        out = await self.app.push_screen_wait(_screen("questions.Ask", title, default, about=about))
+        if out is not None:
+            self.gaitsim.start_task((*map(str, command), "--out", out), opens=not self.app.is_web)
+
     def open_listed(self, run: Listed | None) -> None:
         """Open a listed run, or report why it cannot be read."""
         if run is None or not self.is_active:  # a double click arrives twice
@@ -169,11 +178,6 @@ class GaitScreen(Screen[None]):
         """Explain the score of the individual."""
         if self.choice is not None:
             self.show_screen("why.Why", self.choice.run, self.choice.which)
-
-    def action_laboratory(self) -> None:
-        """Damage the body of the run, and adapt its gait."""
-        if self.choice is not None:
-            self.show_screen("laboratory.Laboratory", self.choice.run, self.choice.which)
 
     @work(group="ask")
     async def action_map(self) -> None:
@@ -208,6 +212,20 @@ class GaitScreen(Screen[None]):
         if reference is not None:
             self.show_screen("new.New", reference)
 
+    def action_on_screen(self, name: str) -> None:
+        """Carry out an action that a package adds."""
+        (action,) = (one for one in add_package_actions() if one.name == name)
+        assert action.show is not None, "an action without a function is not added"
+        action.show(self)
+
+    def action_on_individual(self, name: str) -> None:
+        """Carry out an action of a package on the individual of the screen."""
+        self.action_on_screen(name)
+
+    def action_on_runs(self, name: str) -> None:
+        """Carry out an action of a package on the runs of the screen."""
+        self.action_on_screen(name)
+
     def action_files(self) -> None:
         """Show the files exported from the run."""
         if self.choice is not None:
@@ -217,21 +235,18 @@ class GaitScreen(Screen[None]):
         if self.choice is not None:
             self.ask_export(self.choice)
 
-    def action_drive(self) -> None:
-        """Drive a real robot with the gait of the individual, or calibrate it."""
-        if self.choice is not None:
-            self.ask_export(self.choice, robot=True)
-
     @work(group="ask")
-    async def ask_export(self, choice: RunChoice, *, robot: bool = False) -> None:
+    async def ask_export(self, choice: RunChoice, menu: str = "") -> None:
         """Ask what to export from a run, for the individual, with other runs to compare.
 
-        With `robot`, ask for a command for a real robot instead.
+        Args:
+            choice: the run and the individual.
+            menu: menu of the commands to ask for instead; see `Action.menu`.
         """
         from gaitsim.tui.products import takes_terminal
 
         run, which, damage, others = choice
-        dialog = _screen("export_dialog.ExportDialog", run, which, others, damage, robot=robot)
+        dialog = _screen("export_dialog.ExportDialog", run, which, others, damage, menu)
         answer = await self.app.push_screen_wait(dialog)
         if answer == "files":
             self.show_screen("tasks.Files", run)
@@ -239,10 +254,6 @@ class GaitScreen(Screen[None]):
             self.gaitsim.run_in_terminal(answer)
         elif answer:
             self.gaitsim.start_task(answer)
-
-    def action_studies(self) -> None:
-        """Show studies and comparisons."""
-        self.show_screen("studies.Studies")
 
     def action_verify(self) -> None:
         """Repeat the run, study or adaptation and compare every bit."""
@@ -255,15 +266,6 @@ class GaitScreen(Screen[None]):
         code = await self.app.push_screen_wait(_screen("verify.AskCode"))
         if code:
             self.show_screen("verify.Verify", code)
-
-    @work(group="ask")
-    async def write_playground(self) -> None:
-        """Write a page on which a spider learns to walk, after asking for the name of the file."""
-        about = "One page, for any browser, on which visitors evolve a spider."
-        question = _screen("questions.Ask", "File of the page", "playground.html", about=about)
-        out = await self.app.push_screen_wait(question)
-        if out is not None:
-            self.gaitsim.start_task(("playground", "--out", out), opens=not self.app.is_web)
 
     def action_back(self) -> None:
         """Return to the previous screen."""
@@ -299,7 +301,9 @@ class GaitScreen(Screen[None]):
             return len(self.app.screen_stack) > 1
         if action == "verify":
             return self.is_mounted and self.to_verify is not None
-        if action in ("steer", "drive") and not (self.is_mounted and self.choice is not None):
+        if action in ("steer", "on_individual") and not (self.is_mounted and self.choice):
+            return False
+        if action == "on_runs" and not (self.is_mounted and self.choice and self.choice.others):
             return False
         if self.is_mounted and self.obstacle(action):
             return False

@@ -1,6 +1,5 @@
 """Compare: the curves of several runs in one plot and the options that differ."""
 
-import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -14,8 +13,7 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.render.series import run_curves
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.storage.files.folder import EXPERIMENT, command
-from gaitsim.study.compare_runs import (
+from gaitsim.storage.compare_runs import (
     AXES,
     QUANTITIES,
     ComparedRun,
@@ -25,9 +23,10 @@ from gaitsim.study.compare_runs import (
     quantity_label,
     warning,
 )
+from gaitsim.storage.files.folder import command
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.screens.base import GaitScreen
+from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.widgets.curves import Curves
 
 EVERY = 1.0  # seconds between two checks for new generations
@@ -206,23 +205,18 @@ Curves of several runs in one plot, updated while runs evolve.
             beside = others[0] if len(others) == 1 else None
             self.show_screen("replay.Replay", run.path, beside=beside)
 
-    @work(group="ask")
-    async def action_statistics(self) -> None:
-        from gaitsim.tui.screens.study_dialog import COMPARISON, StudyDialog
-
-        experiments = shlex.join(str(one.path / EXPERIMENT) for one in self._runs)
-        dialog = StudyDialog(COMPARISON, {"experiments": experiments})
-        arguments = await self.app.push_screen_wait(dialog)
-        if arguments:
-            self.gaitsim.start_task(arguments)
-            self.action_studies()
-
     def action_quantity(self) -> None:
         self.quantity = _next(QUANTITIES, self.quantity)
 
     def action_by(self) -> None:
         self._by_chosen = True
         self.by = _next(AXES, self.by)
+
+    @property
+    def choice(self) -> RunChoice | None:
+        run = self._chosen
+        others = [one.path for one in self._runs if one is not run]
+        return None if run is None else RunChoice(run.path, others=others)
 
     @property
     def to_verify(self) -> Path | None:
@@ -237,9 +231,7 @@ Curves of several runs in one plot, updated while runs evolve.
         match action:
             case "quantity" | "by":
                 return any(one.history for one in self._runs)
-            case "statistics":
-                return len(self._runs) > 1
-            case "replay":
+            case "replay" | "steer" | "on_individual":
                 run = self._chosen
                 return run is not None and run.champion is not None
         return super().check_action(action, parameters)

@@ -28,9 +28,8 @@ from gaitsim.tui.products import (
     all_forms,
     default,
     forms,
-    remember_robot,
-    remembered_robot,
-    takes_terminal,
+    remember,
+    remembered,
     unavailable_products,
 )
 from gaitsim.tui.screens.base import Dialog, PaletteCommand
@@ -49,7 +48,7 @@ class ExportDialog(Dialog[Answer]):
         which: individual to export; None for the champion.
         others: folders of runs to compare with.
         damage: damage of the body, in the syntax of `--damage`.
-        robot: whether to offer the commands for a real robot instead.
+        menu: menu of the commands of packages to offer instead; see `Action.menu`.
     """
 
     BINDINGS = bindings("export")
@@ -60,14 +59,15 @@ class ExportDialog(Dialog[Answer]):
         which: Which = None,
         others: Sequence[Path] = (),
         damage: Sequence[str] = (),
-        *,
-        robot: bool = False,
+        menu: str = "",
     ) -> None:
         super().__init__()
-        self._run, self._robot = run, robot
-        self._forms = {name: one for name, one in forms().items() if (name == "Robot") == robot}
+        self._run, self._menu = run, menu
+        self._forms = forms(menu)
         # Typed texts by option, shared by all products.
-        self._texts: dict[str, str] = remembered_robot() if robot else {}
+        self._texts: dict[str, str] = {}
+        for form in (one for found in self._forms.values() for one in found):
+            self._texts |= remembered(form)
         if isinstance(which, Member):
             self._texts["member"] = str(which.number)
         elif which is not None:
@@ -82,8 +82,8 @@ class ExportDialog(Dialog[Answer]):
 
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
-            verb = "Start" if self._robot else "Export"
-            title = f"Robot of {self._run}" if self._robot else f"Export {self._run}"
+            verb = "Start" if self._menu else "Export"
+            title = f"{self._menu or 'Export'}: {self._run}"
             box.border_title = Content(visible(title))
             files = "exported files · esc: cancel"
             box.border_subtitle = f"enter: {verb.lower()} · tab: options · f: {files}"
@@ -216,8 +216,8 @@ class ExportDialog(Dialog[Answer]):
         async with self._building:  # until the form shows the highlighted product
             arguments = self._arguments(asked=True)
         if arguments:
-            if takes_terminal(arguments):
-                remember_robot(self._texts)
+            if self._built is not None:
+                remember(self._built[0], self._texts)
             self.dismiss(arguments)
             return
         self.app.bell()

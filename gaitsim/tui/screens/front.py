@@ -41,7 +41,6 @@ objective, and better in one. The fainter dots are the other individuals of the 
 - **Axes**: with more than two objectives, `]` and `[` step through pairs of objectives, `x` and `z`
   change one axis, and the colour is another objective; `c` chooses it.
 - **Mark** two members to compare their objectives, and to **Replay** them side by side.
-- **Parallel** shows all members in parallel coordinates.
 - **Best** selects the member with the best score, **Go to** a member by its number.
 - While the run evolves, the front moves, and the numbers of members change.
 - **Replay**, **Why**, **Export** and the **Laboratory** apply to the gait under the cursor.

@@ -16,7 +16,6 @@ from textual.containers import Container
 from textual.reactive import reactive
 from textual.widgets import Input, Static
 
-from gaitsim.choices import STEERING_PRESETS
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.formatting import clip
 from gaitsim.tui.keys import bindings
@@ -36,7 +35,7 @@ BESIDE, BELOW = (150, 20), (110, 30)  # minimum columns and rows with a preview
 EVERY = 1.0  # seconds between two scans of the folder
 ACTIONS = (
     "delete", "stop", "rename", "note", "tag", "files", "replay", "map", "why", "compare", "export",
-    "filter", "laboratory", "steer", "drive", "back", "undo",
+    "filter", "on_individual", "steer", "back", "undo",
 )  # fmt: skip
 
 
@@ -62,8 +61,7 @@ other terminals.
   `Z` lists the trash.
 - **Export** gait files, plots, videos and analyses of a run in the background.
 - **Note** attaches a note to a run, **rename** changes its name.
-- **Gallery** (`B`) writes a web site of all runs in the folder.
-- `v` **verifies** a run; `u` shows **studies** and comparisons over repeats.
+- `v` **verifies** a run.
 - A click on a column's title, or `s`, sorts by that column. `C` chooses **columns**: any option and
   any term of the score.
 - `P` shows or hides the **preview**, in terminals of at least 110 × 30 characters.
@@ -362,7 +360,7 @@ other terminals.
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield a command for each preset."""
-        from gaitsim.registry import EXPERIMENTS, entries
+        from gaitsim.registry import EXPERIMENTS, STEER, entries
 
         if self._table is not None:
             yield PaletteCommand(
@@ -376,7 +374,7 @@ other terminals.
                 f"Create a run from the preset {name}",
                 partial(self.show_screen, "new.New", name),
             )
-        for name in STEERING_PRESETS:
+        for name in entries(STEER):
             yield PaletteCommand(
                 f"Steer: {name}",
                 f"Steer the body of the preset {name} yourself with the arrow keys",
@@ -436,8 +434,8 @@ other terminals.
     def obstacle(self, action: str) -> str:
         run, chosen = self.current(), self.chosen()
         needs_run = (
-            *("select_cursor", "mark", "replay", "why", "export", "laboratory"),
-            *("map", "note", "rename", "files", "steer", "drive"),
+            *("select_cursor", "mark", "replay", "why", "export", "on_individual"),
+            *("map", "note", "rename", "files", "steer"),
         )
         if action in (*needs_run, "delete", "stop", "tag") and not chosen:
             return "There is no run here; press n to create one."
@@ -448,7 +446,7 @@ other terminals.
                 return "The run is not evolving."
             case "rename" if run is not None and run.evolves:
                 return "The run is evolving; press x to stop it first."
-            case "replay" | "why" | "export" | "map" | "laboratory" | "steer" | "drive" if run:
+            case "replay" | "why" | "export" | "map" | "on_individual" | "steer" if run:
                 if run.problem is not None:
                     return "The run cannot be read; see the reason below the list."
                 if run.generation == 0:

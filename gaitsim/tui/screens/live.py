@@ -20,7 +20,7 @@ from gaitsim.storage.files.folder import command
 from gaitsim.storage.lock import is_locked
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
-from gaitsim.tui.screens.change_dialog import ChangeDialog, ChangeRequest
+from gaitsim.tui.screens.change import Change
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_source import describe_run, kept_by, with_failure
 from gaitsim.tui.screens.questions import Ask
@@ -225,10 +225,18 @@ with `gaitsim attach`.
         self._stopping = True
         self._changed()
 
-    @work(group="ask", exclusive=True)
-    async def action_change(self) -> None:
-        wanted = await ask_changes(self.app, self.run, self.snapshot)
-        self._continue(wanted.overrides if wanted else None)
+    def action_change(self) -> None:
+        self._ask_changes(lambda overrides, _: self._continue(overrides))
+
+    def _ask_changes(
+        self, done: Callable[[Overrides, Path | None], object], *, fork: bool = False
+    ) -> None:
+        """Ask for options to change, starting with the next generation."""
+        # A stage has at least one generation, so a finished run needs more generations.
+        finished = self.snapshot.state == "finished"
+        more = str(_suggested_generations(self.snapshot))
+        changes = {"evolution.generations": more} if finished else {}
+        self.app.push_screen(Change(self.run, done, fork=fork, changes=changes))
 
     @work(group="ask", exclusive=True)
     async def action_goal(self) -> None:
@@ -247,15 +255,14 @@ with `gaitsim attach`.
         elif self.state in ("stopped", "finished", "failed"):
             self._start(overrides=overrides)
 
+    def action_fork(self) -> None:
+        self._ask_changes(self._copy, fork=True)
+
     @work(group="ask")
-    async def action_fork(self) -> None:
-        wanted = await ask_changes(self.app, self.run, self.snapshot, fork=True)
-        if wanted is None:
-            return
+    async def _copy(self, overrides: Overrides, out: Path | None) -> None:
+        """Copy the run with other options, and open the copy."""
         try:
-            copy = await asyncio.to_thread(
-                fork_run, self.run, wanted.out, wanted.overrides, any_version=False
-            )
+            copy = await asyncio.to_thread(fork_run, self.run, out, overrides, any_version=False)
         except GaitsimError as error:
             self.board.show_problem(error)
         else:
@@ -310,29 +317,9 @@ with `gaitsim attach`.
                 return state != "failed" or self.snapshot.generation > 0
             case "map":
                 return self._has_members and self.snapshot.generation > 0
-            case "replay" | "why" | "export" | "laboratory" | "steer" | "drive":
+            case "replay" | "why" | "export" | "on_individual" | "steer":
                 return self.snapshot.champion is not None
         return super().check_action(action, parameters)
-
-
-async def ask_changes(
-    app: App[object], run: Path, snapshot: Snapshot, *, fork: bool = False
-) -> ChangeRequest | None:
-    """Ask for options to change, starting with the next generation; return None for no change.
-
-    Args:
-        app: app that shows the dialog.
-        run: folder of the run.
-        snapshot: latest snapshot of the run.
-        fork: whether to change them in a copy of the run.
-    """
-    # A stage has at least one generation, so a finished run needs more generations.
-    typed = (
-        f"evolution.generations={_suggested_generations(snapshot)} "
-        if snapshot.state == "finished"
-        else ""
-    )
-    return await app.push_screen_wait(ChangeDialog(run, fork=fork, typed=typed))
 
 
 async def ask_generations(app: App[object], snapshot: Snapshot) -> Overrides | None:

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
-from typing import cast
 
 import numpy as np
 from rich.cells import cell_len, set_cell_size
@@ -25,15 +24,13 @@ from gaitsim.render.terminal.text import duration, number, percent, visible_line
 from gaitsim.storage.files.history import FIGURE, MEAN
 from gaitsim.storage.growing import HistoryBuffer
 from gaitsim.tui.formatting import clip
-from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.screens.live_source import ChampionSimulator, LiveState
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves, Series
 from gaitsim.tui.widgets.lines import Lines
 
 FPS = 12  # ticks per second
-STATUS, NEWS, BODY = 4, 12, 2  # ticks between two updates of each while the run evolves
-RATE = 12_000  # bytes per second to the terminal while the run evolves; above it, the body waits
+STATUS, NEWS, BODY = 4, 12, 3  # ticks between two updates of each while the run evolves
 CHAMPION_EVERY = 1.0  # seconds between two simulations of a champion
 COLOURS = {
     "preparing": "secondary", "queued": "secondary", "running": "success", "paused": "warning",
@@ -103,7 +100,6 @@ class Board(Vertical):
         self.live = LiveState()
         self._state = "stopped"
         self._ticks = 0
-        self._room = self._sent = 0.0  # bytes that may be sent now, and bytes sent so far
         self._stale = True
         self._since = clock()  # time at which the state began
         self._seconds = 0  # time in this state, as last drawn
@@ -136,9 +132,8 @@ class Board(Vertical):
         """Draw the changes, at a limited rate while the run evolves.
 
         Drawing takes time from the search, which uses all cores: a body on a third of the screen
-        takes 15 ms through Textual. Each picture is also sent to the terminal, often over SSH, so
-        larger ones are drawn less often. The ground, which is most of a picture, is drawn only
-        with the focus.
+        takes 15 ms through Textual. The ground, which is most of a picture, is drawn only with
+        the focus.
         """
         now = self._clock()
         if self.screen is not self.app.screen:
@@ -150,9 +145,7 @@ class Board(Vertical):
         if canvas.playing is fast:
             canvas.playing = not fast
         canvas.ground = not fast or canvas.has_focus
-        sent = cast(GaitScreen, self.screen).gaitsim.mirror.sent
-        self._room, self._sent = min(self._room + RATE / FPS + self._sent - sent, RATE / 2), sent
-        moves = fast and canvas.duration > 0 and self._room > 0 and not self._ticks % BODY
+        moves = fast and canvas.duration > 0 and not self._ticks % BODY
         if moves or not fast:
             elapsed, self._then = now - self._then, now
             if moves:

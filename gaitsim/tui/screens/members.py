@@ -38,8 +38,8 @@ SHARE = 10  # minimum pause between two reads, as a multiple of the time of a re
 LONGEST = 10.0  # maximum pause, seconds
 PAUSE = 0.1  # seconds for which the cursor rests before a member is simulated
 NEEDS_GAIT = (
-    *("best", "go_to", "replay", "why", "export", "play", "view", "laboratory"),
-    *("along", "mark", "parallel"),
+    *("best", "go_to", "replay", "why", "export", "play", "view", "on_individual"),
+    *("along", "mark"),
 )
 """The actions that need a member under the cursor."""
 
@@ -305,12 +305,6 @@ class MembersScreen(GaitScreen, Generic[V]):
         answer = await self.app.push_screen_wait(question)
         if answer is not None:
             self.plot.go_to(check(answer))
-
-    def action_parallel(self) -> None:
-        """Show all members in parallel coordinates."""
-        from gaitsim.tui.screens.parallel import Parallel
-
-        self.app.push_screen(Parallel.of_run(*self.choice[:2]))
 
     def action_play(self) -> None:
         canvas = self.pane.canvas

@@ -324,7 +324,7 @@ The best individual of any generation, or a member of a front or archive, in mot
                 return self.leader.skeleton is not None and self._playing == (action == "pause")
             case "frame" | "speed" | "camera":
                 return self.leader.skeleton is not None
-            case "measures" | "export" | "browser" | "code" | "why" | "go_to" | "laboratory":
+            case "measures" | "export" | "browser" | "code" | "why" | "go_to" | "on_individual":
                 return self.pane.shown is not None
             case "members":
                 return self.pane.shown is not None and self.pane.shown.best_member is not None

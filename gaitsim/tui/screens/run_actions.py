@@ -197,18 +197,6 @@ class RunActions(GaitScreen):
             self._remember(f"tags of {names}", partial(_tag, changed))
         self.run_changed(runs[0].path, runs[0].path)
 
-    @work(group="ask")
-    async def action_gallery(self) -> None:
-        """Write a web site of all runs in the folder."""
-        from gaitsim.tui.screens.questions import Ask
-
-        about = "A card for each run, and a page that plays it. An existing gallery is replaced."
-        question = Ask("Folder of the gallery", "site", about=about)
-        out = await self.app.push_screen_wait(question)
-        if out is not None:
-            folder = str(self.gaitsim.folder)
-            self.gaitsim.start_task(("gallery", folder, "--out", out), opens=not self.app.is_web)
-
     @work(group="stop")
     async def action_stop(self) -> None:
         from gaitsim.live.process import stop

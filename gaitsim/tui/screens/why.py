@@ -14,9 +14,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.worlds import has_worlds
 from gaitsim.gait import GaitAnalysis, analyse_individual, play_on_twin
 from gaitsim.gait.changed import has_twin
-from gaitsim.gait.checks import check_gait
-from gaitsim.gait.feedback import compare_blind
-from gaitsim.gait.unseen import evaluate_unseen
+from gaitsim.gait.worlds import check_gait, compare_blind, evaluate_unseen
 from gaitsim.individual import Individual, Which
 from gaitsim.render.terminal.explanation import (
     Passage,

@@ -1,23 +1,18 @@
-"""The title bar of a screen, the row of keys at its bottom, and hints above it."""
+"""The title bar of a screen, and the row of keys at its bottom."""
 
 from collections.abc import Sequence
 from contextlib import suppress
 from itertools import groupby
-from typing import Any, ClassVar, NamedTuple
+from typing import ClassVar, NamedTuple
 
 from rich.cells import cell_len
 from textual import widgets
 from textual.app import ComposeResult
 from textual.binding import Binding
-from textual.content import Content
 from textual.dom import NoScreen
 from textual.events import Mount
-from textual.screen import Screen
-from textual.widgets import Static
 from textual.widgets._footer import FooterKey
 from textual.widgets._header import HeaderTitle
-
-from gaitsim.tui.hints import HINTED, SHOWN, Hints
 
 MORE = "More"
 _NEVER_OMITTED = {"screen.back", "app.help", "app.quit"}  # keys that are never omitted
@@ -171,44 +166,3 @@ class Footer(widgets.Footer):
     def on_resize(self) -> None:
         """Show as many keys as fit."""
         self.call_after_refresh(self.recompose)
-
-
-class HintLine(Static):
-    """A line with the next useful keys of the screen, until the user knows them."""
-
-    DEFAULT_CSS: ClassVar[str] = """
-    HintLine { height: 1; padding: 0 1; color: $text-muted; display: none; }
-    """
-
-    def __init__(self, hints: Hints) -> None:
-        super().__init__()
-        self._hints, self._text = hints, ""
-
-    def on_mount(self) -> None:
-        self.screen.bindings_updated_signal.subscribe(self, self._update)
-        self.call_after_refresh(self._update, self.screen)
-
-    def _update(self, screen: Screen[Any]) -> None:
-        if not self.is_attached or screen is not self.app.screen:
-            return
-        found = {
-            binding.id: f"{self.app.get_key_display(binding)}: {_lowered(binding.tooltip)}"
-            for _, binding, enabled, _ in screen.active_bindings.values()
-            if enabled and self._hints.is_needed(binding.id or "")
-        }
-        text = ""
-        for hint in [found[name] for name in HINTED if name in found][:SHOWN]:
-            longer = f"{text} · {hint}" if text else f"Hint: {hint}"
-            if not text or cell_len(longer) <= self.app.size.width - 2:
-                text = longer
-        if text != self._text:
-            self._text, self.display = text, bool(text)
-            self.update(Content(text))
-
-    def on_resize(self) -> None:
-        """Show as many hints as fit."""
-        self._update(self.screen)
-
-
-def _lowered(sentence: str) -> str:
-    return sentence[:1].lower() + sentence[1:]

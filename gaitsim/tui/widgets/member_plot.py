@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar, Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 from rich.style import Style
 from textual import events
@@ -20,7 +20,6 @@ from gaitsim.render.terminal.member_picture import (
     Place,
     styles,
 )
-from gaitsim.render.terminal.parallel import ParallelPicture
 from gaitsim.render.terminal.scatter import Scatter
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.widgets.cells import Cells, Picture
@@ -44,19 +43,24 @@ class MemberView(Protocol):
 V = TypeVar("V", bound=MemberView)
 
 
-P = TypeVar("P", bound=MemberPicture | ParallelPicture)
-
-
-class MemberCells(Cells, Generic[P]):
-    """A picture in the inks of `gaitsim.render.terminal.member_picture`.
+class MemberPlot(Cells, Generic[V], can_focus=True):
+    """Members along one or two axes; arrow keys and clicks move the cursor between them.
 
     Args:
         message: message shown until there is something to draw.
+
+    Attributes:
+        view: view of the members; None before the first.
+        names: names of the one or two axes shown.
+        labels: labels of the axes and the score, with units.
+        marks: one-column characters shown on members, by number.
     """
+
+    BINDINGS = bindings("map cursor")
 
     COMPONENT_CLASSES: ClassVar[set[str]] = {"members--axis", "members--empty", "members--pointer"}
     DEFAULT_CSS = """
-    MemberCells {
+    MemberPlot {
         width: 1fr; height: 1fr;
         & > .members--axis { color: $foreground 80%; }
         & > .members--empty { color: $foreground 25%; }
@@ -65,24 +69,28 @@ class MemberCells(Cells, Generic[P]):
     }
     """
 
-    def __init__(self, message: str, **settings: Any) -> None:
-        super().__init__(**settings)
+    @dataclass
+    class CursorMoved(Message):
+        """Posted with the number of the member under the cursor, or None without members."""
+
+        member: int | None
+
+    def __init__(self, message: str) -> None:
+        super().__init__()
+        self.view: V | None = None
+        self.names: tuple[str, ...] = ()
+        self.marks: Mapping[int, str] = {}
+        self.labels: Mapping[str, str] = {}
         self._message = message
-        self._picture: P | None = None
+        self._picture: MemberPicture | None = None
         self._drawn_at = (0, 0)
+        self._place: Place | None = None
+        self._values: tuple[float, ...] = ()  # position of the cursor on the axes
+        self._wanted: int | None = None  # member on which to place the cursor
 
     @abstractmethod
-    def make_picture(self, columns: int, rows: int) -> P | None:
-        """Return the picture at a size; None if there is nothing to draw."""
-
-    def _find(self) -> P | None:
-        """Return the picture at the widget's size."""
-        columns, rows = self.content_size
-        if not columns or not rows:
-            return None
-        if self._picture is None or self._drawn_at != (columns, rows):
-            self._picture, self._drawn_at = self.make_picture(columns, rows), (columns, rows)
-        return self._picture
+    def picture_of(self, view: V, columns: int, rows: int) -> MemberPicture:
+        """Return the picture of a view at a size."""
 
     def placeholder(self) -> str:
         found = self._find()
@@ -112,43 +120,6 @@ class MemberCells(Cells, Generic[P]):
         if self.app.no_color:  # else the pointer would be dark grey
             names[_PARTS.index("pointer")] = names[_PARTS.index("axis")]
         return [self.ink_style() + Style.parse(style) for style in styles(*names)]
-
-
-class MemberPlot(MemberCells[MemberPicture], Generic[V], can_focus=True):
-    """Members along one or two axes; arrow keys and clicks move the cursor between them.
-
-    Attributes:
-        view: view of the members; None before the first.
-        names: names of the one or two axes shown.
-        labels: labels of the axes and the score, with units.
-        marks: one-column characters shown on members, by number.
-    """
-
-    BINDINGS = bindings("map cursor")
-
-    @dataclass
-    class CursorMoved(Message):
-        """Posted with the number of the member under the cursor, or None without members."""
-
-        member: int | None
-
-    def __init__(self, message: str) -> None:
-        super().__init__(message)
-        self.view: V | None = None
-        self.names: tuple[str, ...] = ()
-        self.marks: Mapping[int, str] = {}
-        self.labels: Mapping[str, str] = {}
-        self._place: Place | None = None
-        self._values: tuple[float, ...] = ()  # position of the cursor on the axes
-        self._wanted: int | None = None  # member on which to place the cursor
-
-    @abstractmethod
-    def picture_of(self, view: V, columns: int, rows: int) -> MemberPicture:
-        """Return the picture of a view at a size."""
-
-    def make_picture(self, columns: int, rows: int) -> MemberPicture | None:
-        view = self.view
-        return self.picture_of(view, columns, rows) if view and len(view.members.scores) else None
 
     def show(
         self,
@@ -185,9 +156,15 @@ class MemberPlot(MemberCells[MemberPicture], Generic[V], can_focus=True):
 
     def _find(self) -> MemberPicture | None:
         """Return the picture at the widget's size, after placing the cursor on a member."""
-        before, wanted, found = self._picture, self._wanted, super()._find()
-        if found is not before:
-            self._place = None
+        columns, rows = self.content_size
+        if not columns or not rows:
+            return None
+        view, wanted = self.view, self._wanted
+        if self._picture is None or self._drawn_at != (columns, rows):
+            known = view is not None and len(view.members.scores)
+            self._picture = self.picture_of(view, columns, rows) if view and known else None
+            self._drawn_at, self._place = (columns, rows), None
+        found = self._picture
         if found is not None and self._place is None and (wanted or self._values):
             self._point(
                 found, found.place_of(wanted) if wanted else found.place_near(*self._values)

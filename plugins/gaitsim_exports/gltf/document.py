@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.render.meshes import Mesh
-from gaitsim.render.scene.camera import Points
-from gaitsim.render.scene.themes import Colour
+from gaitsim.plugin.pictures import Colour, Mesh, Points
 
 STILL = 1e-6
 """Largest change of a translation (m), quaternion or scale that does not count as movement."""

@@ -16,17 +16,29 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Terrain
-from gaitsim.gait.gait_files import check_folder
-from gaitsim.individual import Individual
-from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
-from gaitsim.render.meshes import Mesh, mesh_of, polyhedron, rod, slab
-from gaitsim.render.scene.camera import Points
-from gaitsim.render.scene.clip import Clip, clip_of
-from gaitsim.render.scene.ground import steps
-from gaitsim.render.scene.pixels import TINT
-from gaitsim.render.scene.themes import THEMES, mix, rgb
-from gaitsim.storage.files.atomic import write_bytes
+from gaitsim.plugin import Terrain
+from gaitsim.plugin.gait import check_folder
+from gaitsim.plugin.pictures import (
+    LEFT,
+    MIDDLE,
+    RIGHT,
+    THEMES,
+    TINT,
+    Clip,
+    Mesh,
+    Points,
+    clip_of,
+    is_damaged,
+    mesh_of,
+    mix,
+    polyhedron,
+    rgb,
+    rod,
+    sides,
+    slab,
+    steps,
+)
+from gaitsim.plugin.runs import Individual, write_bytes
 from gaitsim_exports.gltf.document import STILL, Document
 
 CENTRE = "centre"

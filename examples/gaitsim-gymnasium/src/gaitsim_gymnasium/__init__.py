@@ -6,12 +6,13 @@ from typing import ClassVar, Literal, Self
 import numpy as np
 from pydantic import model_validator
 
-from gaitsim.contracts import (
+from gaitsim.plugin import (
     WORLD_HELP,
     Array,
     Channel,
     Condition,
     Fitness,
+    GaitsimError,
     Genomes,
     Measure,
     Motion,
@@ -21,8 +22,7 @@ from gaitsim.contracts import (
     check_world,
     option,
 )
-from gaitsim.errors import GaitsimError
-from gaitsim.network import Network, gene_count, gene_labels
+from gaitsim.plugin.toolkit import Network, gene_count, gene_labels
 from gaitsim_gymnasium.environments import (
     Limits,
     action_limits,

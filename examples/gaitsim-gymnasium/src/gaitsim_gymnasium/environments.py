@@ -11,8 +11,7 @@ import gymnasium
 import mujoco
 import numpy as np
 
-from gaitsim.contracts import Array
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import Array, GaitsimError
 
 _NAME = re.compile(r"(?:[\w-]+/)?[\w-]+-v\d+", re.ASCII)
 

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.contracts import Array, Motion
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import Array, GaitsimError, Motion
 from gaitsim_gymnasium.environments import Limits, bodies_of, environments, places
 
 

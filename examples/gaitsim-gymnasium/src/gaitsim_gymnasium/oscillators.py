@@ -8,8 +8,8 @@ import math
 
 import numpy as np
 
-from gaitsim.contracts import Array, Genomes, RealSpace
-from gaitsim.portable import sin
+from gaitsim.plugin import Array, Genomes, RealSpace
+from gaitsim.plugin.toolkit import sin
 from gaitsim_gymnasium.environments import Limits
 
 FASTEST = 4.0  # Hz

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from gaitsim.contracts import Array, Exported, Exporter, Subject, option
-from gaitsim.errors import GaitsimError
+from gaitsim.plugin import Array, Exported, Exporter, GaitsimError, Subject, option
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Individual
+    from gaitsim.plugin.runs import Individual
     from gaitsim_gymnasium import Environment
 
 

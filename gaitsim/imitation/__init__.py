@@ -1,5 +1,0 @@
-"""Train networks that imitate a gait by predicting each frame from the previous one."""
-
-from gaitsim.imitation.imitator import load_imitator
-
-__all__ = ["load_imitator"]

@@ -1,1 +1,0 @@
-"""The rules of the conformance check, one module per topic."""

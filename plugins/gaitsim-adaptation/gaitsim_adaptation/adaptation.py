@@ -1,0 +1,710 @@
+"""An adaptation in progress: its trials, its next proposal and its file."""
+
+import math
+import re
+import statistics
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field, fields, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, ClassVar, Literal, NamedTuple
+
+from pydantic import ConfigDict, TypeAdapter, ValidationError
+
+from gaitsim.plugin import (
+    GaitFormat,
+    GaitsimError,
+    ReprField,
+    ReprMixin,
+    RunError,
+    checksum,
+    read_regular,
+)
+from gaitsim.plugin.gait import gait_of, write_gait
+from gaitsim.plugin.runs import (
+    ADAPTATIONS,
+    EXACT_KEYS,
+    LARGEST_SCORE,
+    Experiment,
+    Individual,
+    OnWarning,
+    RunSnapshot,
+    cores,
+    create_subfolder,
+    exports_folder,
+    first_problem,
+    write_bytes,
+)
+from gaitsim_adaptation.answers import Answer, Reading
+from gaitsim_adaptation.champion import Reference, find_reference
+from gaitsim_adaptation.changes import genes_of
+from gaitsim_adaptation.prior import (
+    DEFAULT_MEASURE,
+    OnProgress,
+    Prior,
+    atlas_checksum,
+    atlas_members,
+    poverty,
+    read_prior,
+)
+from gaitsim_adaptation.settings import MOST_TRIALS, AdaptationSettings
+from gaitsim_adaptation.trials import (
+    OUTCOMES,
+    MeasureGait,
+    Outcome,
+    Proposal,
+    Trial,
+    best_of,
+    check_measured,
+    ending,
+    fit,
+    individual_of,
+    measure_intact,
+    predict_performance,
+    propose,
+    simulated_robot,
+    transfer_map,
+)
+
+LARGEST = 1_000_000  # bytes
+REMEDY = "delete the file, or start over with --fresh"
+DOUBTFUL = 2.0  # times the best expected performance
+_NAME = re.compile(r"[^\W_][\w.-]{0,99}", re.ASCII)
+
+Place = Literal["simulation", "physics", "robot"]
+"""Place of the trials: the simulated body, its twin in rigid-body physics, or a real robot."""
+
+
+Kind = Literal["trial", "repeat", "correction"]
+
+
+@dataclass(frozen=True)
+class Said:
+    """One result that was measured, or a change of an earlier result.
+
+    Attributes:
+        kind: 'trial' for the first result of a proposed gait, 'repeat' for further values of an
+            earlier trial, 'correction' for values that replace those of an earlier trial.
+        trial: number of the trial.
+        values: measured performance of each attempt, in the unit of the map.
+        outcome: outcome of the trial.
+        text: the result as the user typed it; '' for a simulation.
+        proposal: the proposed gait of a first result; None for a change.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
+
+    kind: Kind
+    trial: int
+    values: tuple[float, ...]
+    outcome: Outcome = "walked"
+    text: str = ""
+    proposal: Proposal | None = None
+
+
+@dataclass(frozen=True)
+class Session:
+    """The conditions of an adaptation, and the results so far.
+
+    Each proposal follows from the atlas, the settings, `intact`, and what was said before.
+
+    Attributes:
+        atlas: checksum of the members of the atlas; see `prior.atlas_checksum`.
+        place: where the trials take place.
+        damage: damage to the simulated body, in alphabetical order; for a robot, the damage that
+            the user knows.
+        measure: name of the performance measure.
+        settings: settings of the adaptation.
+        said: results in the order in which they were given.
+        intact: for trials in physics, the measured performance of the most promising gaits on the
+            intact body in rigid-body physics, by member; {} before they are measured.
+        known: whether the damage to the body in simulation also serves the predictions.
+        gait_format: format of the gait files for a robot.
+        unit: unit of results without a unit; '' for that of the measure.
+        course: distance for which a robot's time is measured, m; None for other results.
+        format: format of the file; format 1 stored trials instead of results.
+    """
+
+    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
+
+    atlas: str
+    place: Place
+    damage: tuple[str, ...]
+    measure: str
+    settings: AdaptationSettings
+    said: tuple[Said, ...] = ()
+    intact: dict[int, float] = field(default_factory=dict)
+    known: bool = False
+    gait_format: GaitFormat = "mat"
+    unit: str = ""
+    course: float | None = None
+    format: Literal[2] = 2
+
+    @cached_property
+    def trials(self) -> tuple[Trial, ...]:
+        """The trials in order, after all repeats and corrections."""
+        return trials_of(self.said)
+
+
+def trials_of(said: Iterable[Said]) -> tuple[Trial, ...]:
+    """Return the trials that results describe, in order.
+
+    Raises:
+        GaitsimError: a result belongs to no trial.
+    """
+    values: list[tuple[float, ...]] = []
+    found: list[Trial] = []
+    for one in said:
+        if one.kind == "trial" and one.proposal is not None and one.trial == len(found) + 1:
+            found.append(Trial(**vars(one.proposal), measured=0.0))
+            values.append(())
+        elif one.kind == "trial" or one.proposal or not 1 <= one.trial <= len(found):
+            raise GaitsimError(f"a {one.kind} belongs to no proposed gait: trial {one.trial}")
+        at = one.trial - 1
+        values[at] = (*values[at], *one.values) if one.kind == "repeat" else one.values
+        outcome = max(found[at].outcome, one.outcome, key=OUTCOMES.index)
+        found[at] = replace(
+            found[at],
+            measured=math.fsum(values[at]) / max(len(values[at]), 1),
+            lowest=min(values[at]) if len(values[at]) > 1 else None,
+            count=len(values[at]),
+            outcome=outcome if one.kind == "repeat" else one.outcome,
+        )
+    return tuple(found)
+
+
+_SESSION = TypeAdapter(Session)
+
+
+def session_file(run: Path, name: str) -> Path:
+    """Return the file of a session."""
+    if not _NAME.fullmatch(name):
+        raise GaitsimError(
+            f"invalid name for an adaptation: {name!r:.120}",
+            where="name",
+            allowed="up to 100 letters, digits, '-', '_' and '.', starting with a letter or digit",
+        )
+    return create_subfolder(run, ADAPTATIONS) / f"{name}.json"
+
+
+def default_name(place: Place, damage: Sequence[str]) -> str:
+    """Return the default name of a session, such as 'L2-lost' or 'robot'."""
+    parts = ["-".join(re.findall(r"[a-zA-Z0-9.-]+", text)) for text in damage]
+    if place != "simulation" or not parts:
+        parts.append(place)
+    name = "_".join(filter(None, parts))
+    return name if _NAME.fullmatch(name) else f"damage-{checksum(name)[:12]}"
+
+
+def normalise_damage(damage: Sequence[str]) -> tuple[str, ...]:
+    """Return damage in alphabetical order, with single spaces; a plain string is one damage."""
+    texts = [damage] if isinstance(damage, str) else damage
+    return tuple(sorted(" ".join(text.split()) for text in texts))
+
+
+def read_session(path: Path) -> Session | None:
+    """Return the session in a file; None if the file does not exist."""
+    try:
+        data = read_regular(path, LARGEST)
+        session = _SESSION.validate_json(data, strict=True)
+        reason = _inconsistency(session)
+    except FileNotFoundError:
+        return None
+    except OSError as error:
+        raise RunError(f"cannot read {path}: {error.strerror}", remedy=REMEDY) from None
+    except ValidationError as error:
+        if b'"trials": [' in data:  # format 1
+            raise RunError(
+                f"{path} was written by an older version of gaitsim, whose proposals differ",
+                remedy="start over with --fresh, or start a new adaptation with --name",
+            ) from None
+        key, what = first_problem(error, "adaptation")
+        reason = f"{key}: {what}"
+    except GaitsimError as error:  # invalid settings or results
+        reason = error.what
+    if reason:
+        raise RunError(f"{path} is damaged: {reason}", remedy=REMEDY)
+    return session
+
+
+def replace_session(path: Path, read: Session | None, session: Session) -> None:
+    """Write a session to the file from which it was read.
+
+    Args:
+        path: the file.
+        read: content of the file when it was read; None if it did not exist.
+        session: new content.
+    """
+    if read_session(path) != read:
+        raise RunError(
+            f"{path} has changed since it was read: another process is using it",
+            remedy="run the same command again to continue the adaptation, or choose a different "
+            "--name",
+        )
+    write_session(path, session)
+
+
+def write_session(path: Path, session: Session) -> None:
+    """Write a session atomically, replacing any existing file."""
+    write_bytes(path, _SESSION.dump_json(session, indent=1) + b"\n", follow=False)
+
+
+LATER = "trials", "stop", "refine", "repeats"
+
+
+def mismatch(found: Session, wanted: Session) -> str:
+    """Return why the session in a file cannot be continued as the wanted session, or ''.
+
+    The settings in `LATER` may differ, as they do not change the earlier trials.
+    """
+    if found.atlas != wanted.atlas:
+        return "the atlas has changed since the adaptation began"
+    for name in ("place", "damage", "measure", "known", "course"):
+        one, other = getattr(found, name), getattr(wanted, name)
+        if one != other:
+            return f"its {name} is {_format_value(one)}, not {_format_value(other)}"
+    for name in (one.name for one in fields(AdaptationSettings)):
+        one, other = (getattr(session.settings, name) for session in (found, wanted))
+        if one != other and name not in LATER:
+            return f"its {name.replace('_', ' ')} is {one}, not {other}"
+    return ""
+
+
+def check_gaits(path: Path, session: Session, experiment: Experiment, members: int) -> None:
+    """Check that the gaits of the session in a file can belong to an atlas.
+
+    Args:
+        path: the file.
+        session: the session.
+        experiment: experiment of the atlas.
+        members: number of members of the atlas.
+    """
+    named = (*session.intact, *(trial.member for trial in session.trials))
+    reason = ""
+    if not all(1 <= member <= members for member in named):
+        reason = "it contains members that the atlas does not have"
+    elif not fit(experiment, session.trials):
+        reason = "a changed gait does not fit the body"
+    if reason:
+        raise RunError(f"{path} is damaged: {reason}", remedy=REMEDY)
+
+
+def _format_value(value: object) -> str:
+    return ", ".join(value) or "none" if isinstance(value, tuple) else repr(value)
+
+
+def _inconsistency(session: Session) -> str:
+    """Return why the content of a session is inconsistent, or ''."""
+    trials = session.trials
+    if len(trials) > MOST_TRIALS:
+        return f"it has {len(trials)} trials, more than {MOST_TRIALS}"
+    if [trial.number for trial in trials] != [*range(1, len(trials) + 1)]:
+        return "its trials are not numbered in order"
+    if not all(one.text.isprintable() and one.values for one in session.said):
+        return "a result has no value, or an invalid text"
+    members = [trial.member for trial in trials if not trial.genome]
+    if len({*members}) < len(members) or not all(0 < trial.member < 2**40 for trial in trials):
+        return "a member is invalid or was tried twice"
+    numbers = [value for one in session.said for value in one.values]
+    numbers += [value for one in trials for value in (one.expected, one.deviation, *one.genome)]
+    if not all(abs(value) < LARGEST_SCORE for value in (*numbers, *session.intact.values())):
+        return "a measured value is not a finite number"
+    if session.intact and not max(session.intact.values()) > 0:
+        return "no gait of the atlas walks on the intact body in rigid-body physics"
+    return ""
+
+
+class Reply(NamedTuple):
+    """The answer of a user to a proposal, or a change of an earlier result.
+
+    Attributes:
+        kind: 'undo', or the kind of the result.
+        trial: number of the trial; 0 for 'undo'.
+        answer: the result; None for 'undo'.
+    """
+
+    kind: Literal["undo", "trial", "repeat", "correction"]
+    trial: int = 0
+    answer: Answer | None = None
+
+
+class Adaptation(ReprMixin, Iterator[Trial]):
+    """Trials of an atlas's gaits on a damaged body; an iterator that performs the next trial.
+
+    Each trial is saved in the session's file, if it has one, before it is yielded.
+
+    Args:
+        prior: map of the intact body.
+        session: conditions of the adaptation, and its trials so far.
+        measure_gait: function that returns the performance of a gait; None if the caller records
+            each value.
+        path: file of the session; None saves nothing.
+        reference: the champion to compare with; None without one.
+
+    Attributes:
+        prior: map of the intact body.
+        session: conditions of the adaptation, and its trials so far.
+        path: file of the session; None if nothing is saved.
+        reference: the champion to compare with; None without one.
+        proposal: gait to try next; None once the adaptation has ended.
+    """
+
+    def __init__(
+        self,
+        prior: Prior,
+        session: Session,
+        measure_gait: MeasureGait | None,
+        path: Path | None,
+        reference: Reference | None = None,
+    ) -> None:
+        self.prior, self.session, self.path = prior, session, path
+        self.reference = reference
+        self._measure_gait = measure_gait
+        self.proposal: Proposal | None = propose(prior, session.trials, session.settings)
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """Trials so far, in order."""
+        return self.session.trials
+
+    @property
+    def best(self) -> Trial | None:
+        """Trial with the best measured performance; None before the first trial."""
+        return best_of(self.trials)
+
+    @property
+    def gait(self) -> Individual | None:
+        """Gait of the best trial, on the intact body; None before the first trial."""
+        best = self.best
+        return None if best is None else self.individual(best)
+
+    @property
+    def ending(self) -> str:
+        """Reason why the adaptation has ended, one sentence; '' until then."""
+        return ending(self.prior, self.trials, self.session.settings)
+
+    @property
+    def shares(self) -> str:
+        """The best trial, such as '2.37 m, 86% of the best in the atlas'; '' without a trial."""
+        if (best := self.best) is None:
+            return ""
+        unit, value = f" {self.prior.unit}".rstrip(), best.measured
+        text = f"{value:.3f}{unit}, {value / self.prior.best:.0%} of the best in the atlas"
+        if self.reference is None:
+            return text
+        whole = self.reference.performance
+        return f"{text}, {value / whole:.0%} of the champion's {whole:.3g}{unit}"
+
+    @cached_property
+    def reading(self) -> Reading:
+        """The meaning of numbers that a user types."""
+        course, seconds = self.session.course, math.nan
+        if course is not None:
+            skeleton = self.prior.individual(1).skeleton
+            seconds = len(skeleton.path) / skeleton.frame_rate
+        return Reading(self.prior.unit, self.session.unit, course, seconds)
+
+    def individual(self, proposal: Proposal) -> Individual:
+        """Return the gait of a proposal or trial, on the intact body."""
+        return individual_of(self.prior, proposal)
+
+    def __next__(self) -> Trial:
+        if self.proposal is None:
+            raise StopIteration
+        if self._measure_gait is None:
+            raise GaitsimError(
+                "the adaptation has no function that measures a gait",
+                remedy="add the next trial with record()",
+            )
+        return self.record(self._measure_gait(self.individual(self.proposal)))
+
+    def record(self, measured: float | str | Answer) -> Trial:
+        """Add the result of the proposed gait.
+
+        Args:
+            measured: performance in the unit of the map, or the answer of a user, such as '62cm'.
+
+        Returns:
+            The trial, which is an earlier one if the proposal repeats it.
+
+        Raises:
+            GaitsimError: `measured` is not a finite number, or the adaptation has ended.
+            RunError: the file cannot be written, or another process has changed it.
+        """
+        proposal = self.proposal
+        if proposal is None:
+            raise GaitsimError(
+                f"the adaptation has ended: {self.ending}",
+                remedy="increase 'trials' or 'refine', or change 'stop' to continue",
+            )
+        if proposal.number <= len(self.trials):
+            return self.repeat(proposal.number, measured)
+        return self._say("trial", proposal.number, measured, proposal)
+
+    def repeat(self, number: int, measured: float | str | Answer) -> Trial:
+        """Add the result of another attempt at the gait of an earlier trial; see `record`."""
+        return self._say("repeat", number, measured)
+
+    def correct(self, number: int, measured: float | str | Answer) -> Trial:
+        """Replace the result of an earlier trial; see `record`."""
+        return self._say("correction", number, measured)
+
+    def undo(self) -> Said:
+        """Remove the last result, repeat or correction, and return it.
+
+        Raises:
+            GaitsimError: there is no result.
+        """
+        if not self.session.said:
+            raise GaitsimError("there is no result to undo", where="undo")
+        last = self.session.said[-1]
+        self._replace(self.session.said[:-1])
+        return last
+
+    def understand(self, text: str) -> Reply:
+        """Return the meaning of a reply: a result, 'undo', 'correct N RESULT' or 'repeat N RESULT'.
+
+        Raises:
+            GaitsimError: the reply is invalid.
+        """
+        if text.strip().lower() == "undo":
+            return Reply("undo")
+        action, _, rest = text.strip().partition(" ")
+        number, _, result = rest.strip().partition(" ")
+        match action.lower():
+            case "correct":
+                return Reply("correction", trial_number(number), self.reading.read(result))
+            case "repeat":
+                return Reply("repeat", trial_number(number), self.reading.read(result))
+        return Reply("trial", len(self.trials) + 1, self.reading.read(text))
+
+    def carry_out(self, reply: Reply) -> Trial | Said:
+        """Carry out a reply; return the trial, or the result that was undone."""
+        if reply.answer is None:
+            return self.undo()
+        if reply.kind == "trial":
+            return self.record(reply.answer)
+        change = self.correct if reply.kind == "correction" else self.repeat
+        return change(reply.trial, reply.answer)
+
+    @property
+    def question(self) -> str:
+        """The question for the result of a trial."""
+        session, unit = self.session, self.session.unit
+        if session.course is not None:
+            return f"time of the robot for {session.course:g} m, {unit or 's'}"
+        return f"{self.prior.measure} of the robot, {unit or self.prior.unit}".rstrip(", ")
+
+    @property
+    def name(self) -> str:
+        """Name of the session's file, or its default name."""
+        if self.path is not None:
+            return self.path.stem
+        return default_name(self.session.place, self.session.damage)
+
+    def export(self, proposal: Proposal, part: str = "") -> Path:
+        """Write a gait file for the robot to the exports of the atlas, and return its path.
+
+        The file has the name of the adaptation, followed by `part` or the number of the trial.
+        """
+        stem = f"{self.name}-{part or f'trial-{proposal.number}'}"
+        path = exports_folder(self.prior.source) / f"{stem}.{self.session.gait_format}"
+        write_gait(gait_of(self.individual(proposal)), path, self.session.gait_format)
+        return path
+
+    def doubt(self, answer: Answer | None) -> str:
+        """Return a sentence on why an answer is probably a mistake, or ''.
+
+        An answer above twice the best performance that is expected of any gait is doubtful.
+        """
+        if answer is None:
+            return ""
+        prediction = predict_performance(self.prior, self.trials, self.session.settings)
+        value, limit = max(answer.values), float(prediction.mean.max())
+        if limit <= 0 or value <= DOUBTFUL * limit:
+            return ""
+        unit = f" {self.prior.unit}".rstrip()
+        return (
+            f"{value:.3g}{unit} is {value / limit:.3g} times the best expected, {limit:.3g}{unit}"
+        )
+
+    def _say(
+        self,
+        kind: Kind,
+        number: int,
+        measured: float | str | Answer,
+        proposal: Proposal | None = None,
+    ) -> Trial:
+        if not (kind == "trial" or 1 <= number <= len(self.trials)):
+            raise GaitsimError(
+                f"there is no trial {number}", allowed=f"1 to {len(self.trials)}", where="trial"
+            )
+        if isinstance(measured, str):
+            measured = self.reading.read(measured)
+        elif not isinstance(measured, Answer):
+            measured = Answer((check_measured(measured, number),))
+        said = Said(kind, number, measured.values, measured.outcome, measured.text, proposal)
+        self._replace((*self.session.said, said))
+        return self.trials[number - 1]
+
+    def _replace(self, said: tuple[Said, ...]) -> None:
+        """Save what was said, and choose the next gait."""
+        session = replace(self.session, said=said)
+        proposal = propose(self.prior, session.trials, session.settings)
+        if self.path is not None:
+            replace_session(self.path, self.session, session)
+        self.session, self.proposal = session, proposal
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        best = self.best
+        return {
+            "atlas": str(self.prior.source),
+            "damage": ", ".join(self.session.damage),
+            "trials": len(self.trials),
+            "best": best.measured if best else "",
+        }
+
+
+def open_adaptation(
+    run: RunSnapshot,
+    damage: Sequence[str] | None = None,
+    *,
+    place: Place = "simulation",
+    robot: MeasureGait | None = None,
+    measure: str | None = None,
+    settings: Mapping[str, Any] | None = None,
+    known: bool = False,
+    answers: Mapping[str, Any] | None = None,
+    record: bool = True,
+    name: str | None = None,
+    fresh: bool = False,
+    champion: str | None = None,
+    workers: int | None = None,
+    on_progress: OnProgress = lambda done: None,
+    on_warning: OnWarning = lambda text: None,
+) -> Adaptation:
+    """Start an adaptation, or continue the adaptation in its file.
+
+    For trials in physics, the most promising gaits are first measured on the intact body in
+    rigid-body physics, and these measurements correct the map.
+
+    Args:
+        run: run of the atlas.
+        damage: damage to the simulated body, such as 'L2 lost'; for a robot, damage that the user
+            sees, which serves the predictions. None for the damage in the file, or no damage.
+        place: where the trials take place: 'simulation', 'physics' or 'robot'.
+        robot: function that returns the performance of a gait on a robot; None if the caller
+            records each value.
+        measure: name of the performance measure; None for the measure in the file, or 'forward'.
+        settings: fields of `AdaptationSettings` by name. Other fields have their values from the
+            file, or their defaults without a file; for a robot, the scale is then unknown, and the
+            best gait is measured twice more after changed gaits.
+        known: whether the damage to the body in simulation also serves the predictions.
+        answers: fields `gait_format`, `unit` and `course` of `Session`; others are from the file.
+        record: whether to save the trials in a file in the run's folder.
+        name: name of that file; None for a name that describes the damage or the place.
+        fresh: whether to start over and replace the file.
+        champion: run of the champion to compare with; see `find_reference`.
+        workers: number of workers that evaluate the map; None for a number that suits the body.
+        on_progress: called with the number of gaits evaluated since the last call.
+        on_warning: called with a message for the user.
+
+    Raises:
+        GaitsimError: the body does not support the damage, a setting is invalid, the body does not
+            have the measure, or `robot` is combined with physics.
+        RunError: the run is not an atlas, or the file is damaged or belongs to a different
+            adaptation.
+    """
+    members = atlas_members(run)
+    experiment, wanted = run.experiment_at(run.generation), normalise_damage(damage or ())
+    path = session_file(run.path, name or default_name(place, wanted)) if record else None
+    found = None if path is None or fresh else read_session(path)
+    of_robot = place == "robot"
+    start = AdaptationSettings(scale=None, repeats=2) if of_robot else AdaptationSettings()
+    kept = found or Session("", place, wanted, DEFAULT_MEASURE, start)
+    session = replace(
+        kept,
+        atlas=atlas_checksum(members),
+        place=place,
+        damage=kept.damage if damage is None and of_robot else wanted,
+        measure=measure or kept.measure,
+        settings=replace(kept.settings, **(settings or {})),
+        known=known or (of_robot and bool(kept.damage)),
+        **(answers or {}),
+    )
+    if found and (reason := mismatch(found, session)):
+        raise RunError(
+            f"the adaptation in {path} cannot be continued: {reason}",
+            allowed="the same atlas, damage, measure and settings, except "
+            + ", ".join(f"'{one}'" for one in LATER),
+            remedy="start over with --fresh, or start a new adaptation with --name",
+        )
+    if path is not None:
+        check_gaits(path, session, experiment, len(members.scores))
+    if session.settings.refine:
+        genes_of(experiment)
+    measure_gait = robot
+    if robot is not None and not of_robot:
+        raise GaitsimError(
+            "'physics' applies to trials in simulation, not on a robot", where="robot"
+        )
+    if not of_robot:
+        physics = place == "physics"
+        measure_gait = simulated_robot(experiment, wanted, session.measure, physics=physics)
+    reference = find_reference(run, champion, session.measure, physics=place == "physics")
+    prior = read_prior(
+        run,
+        session.measure,
+        session.damage if session.known else (),
+        workers=workers,
+        on_progress=on_progress,
+        on_warning=on_warning,
+    )
+    if place == "physics":
+        if not session.intact:
+            intact_body = simulated_robot(experiment, (), session.measure, physics=True)
+            with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
+                intact = measure_intact(run, prior, intact_body, pool, on_progress)
+            session = replace(session, intact=intact)
+        prior = transfer_map(prior, session.intact)
+    if reason := poverty(prior):
+        on_warning(reason)
+    if path is not None and fresh:
+        write_session(path, session)
+    elif path is not None and session != found:
+        replace_session(path, found, session)
+    return Adaptation(prior, session, measure_gait, path, reference)
+
+
+def trial_number(text: str) -> int:
+    """Return the number of a trial in a text."""
+    if not (text.isascii() and text.isdecimal() and len(text) < 10):
+        raise GaitsimError(f"invalid number of a trial: {text!r:.40}", allowed="a number from 1")
+    return int(text)
+
+
+def measured_scale(run: RunSnapshot, name: str) -> float:
+    """Return the scale of a robot from the trials of an adaptation of the intact robot.
+
+    This is the median ratio of the measured to the expected performance in the map.
+
+    Raises:
+        GaitsimError: there is no such adaptation, it is of a damaged robot, or no gait walked.
+    """
+    session = read_session(session_file(run.path, name))
+    if session is None or session.place != "robot" or session.damage:
+        raise GaitsimError(
+            f"{name!r} is not an adaptation of an intact robot",
+            where="--scale",
+            allowed="a number, such as 0.6, or the --name of trials on the intact robot",
+        )
+    performance = read_prior(run, session.measure).performance
+    ratios = [
+        trial.measured / float(performance[trial.member - 1])
+        for trial in session.trials
+        if trial.outcome == "walked" and not trial.genome and performance[trial.member - 1] > 0
+    ]
+    if not ratios or not statistics.median(ratios) > 0:
+        raise GaitsimError(f"no gait of the adaptation {name!r} walked", where="--scale")
+    return statistics.median(ratios)

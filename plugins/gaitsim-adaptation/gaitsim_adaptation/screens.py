@@ -1,0 +1,52 @@
+"""What adaptation adds to the terminal UI: the laboratory, and its keys."""
+
+from gaitsim.screen import GaitScreen, Hidden, Shown, declare
+
+
+def _show(screen: GaitScreen) -> None:
+    from gaitsim_adaptation.laboratory import Laboratory
+
+    if screen.choice is not None:
+        screen.app.push_screen(Laboratory(screen.choice.run, screen.choice.which))
+
+
+LABORATORY = Shown(
+    "laboratory",
+    "L",
+    "Laboratory",
+    "Remove legs from the body and adapt its gait",
+    words="damage lost leg remove broken adapt trial error recover",
+    why="Select a run with a champion.",
+    where="At home, on a live run or in a replay, for a body with legs:",
+    on="individual",
+    show=_show,
+)
+
+declare("lab", [
+    Shown("joint", "d", "Damage", "Make a joint of the chosen leg stuck, slow or weak",
+          words="stuck weak slow damage"),
+    Shown("repair", "i", "Repair", "Remove all damage", words="intact reset undo heal"),
+    Shown("physics", "p", "Physics", "Switch between kinematics and rigid-body physics",
+          words="twin rigid body mujoco simulation"),
+    Shown("adapt", "a", "Adapt", "Try gaits of the atlas on the damaged body until one walks",
+          words="search trial error recover map gaussian bayesian"),
+    Shown("refine", "m", "Refine", "Try small changes of the best gait",
+          words="improve local search change mutate better"),
+    Shown("robot", "b", "Robot", "Propose gaits for your robot and record its results",
+          words="real hardware measure trial interactive"),
+    Shown("stop", "x", "Stop", "Stop the search and keep its trials", words="cancel end"),
+    Shown("replay", "r", "Replay",
+          "Replay the gait shown on the damaged body, frame by frame"),
+    Shown("export", "e", "Export", "Export gait files, plots and videos of the gait shown")
+])  # fmt: skip
+declare("plan", [
+    Hidden("front", "up", "Leg in front", "Choose the leg in front", "choose(1, 0)"),
+    Hidden("behind", "down", "Leg behind", "Choose the leg behind", "choose(-1, 0)"),
+    Hidden("left", "left", "Leg to the left", "Choose the leg to the left", "choose(0, 1)"),
+    Hidden("right", "right", "Leg to the right", "Choose the leg to the right",
+           "choose(0, -1)"),
+    Shown("remove", "enter,space", "Toggle leg", "Remove or restore the chosen leg")
+])  # fmt: skip
+declare("joint", [
+    Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")
+])  # fmt: skip

@@ -1,0 +1,251 @@
+"""Print an adaptation: its trials, the gait to try and the result; report on all leg losses."""
+
+import sys
+from collections.abc import Iterable, Mapping
+from contextlib import ExitStack
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.commands import (
+    INTERRUPTED,
+    Progress,
+    echo,
+    interruptible,
+    notice,
+    output,
+    print_json,
+    report_files,
+)
+from gaitsim.plugin.gait import analyse_individual
+from gaitsim.plugin.pictures import save
+from gaitsim.plugin.runs import RunSnapshot, command, write_bytes
+from gaitsim.plugin.toolkit import damage_options
+from gaitsim_adaptation.adaptation import Adaptation, Said
+from gaitsim_adaptation.report import (
+    SUMMARY,
+    TRIALS,
+    AdaptationReport,
+    figure_names,
+    make_report,
+    summary,
+    trials_table,
+)
+from gaitsim_adaptation.report_plots import kept_figure, pairs_figure
+from gaitsim_adaptation.settings import AdaptationSettings
+from gaitsim_adaptation.trials import Proposal, Trial, count_gaits
+
+
+class AdaptationView:
+    """Print an adaptation as lines for people, or as JSON lines for programs.
+
+    Args:
+        adaptation: adaptation to print.
+        json: whether to print JSON lines.
+    """
+
+    def __init__(self, adaptation: Adaptation, json: bool) -> None:
+        self._adaptation, self._json = adaptation, json
+        prior, session, reference = adaptation.prior, adaptation.session, adaptation.reference
+        self._unit = f" {prior.unit}".rstrip()
+        if json:
+            return
+        damage = ", ".join(session.damage) or "no damage"
+        where = {
+            "simulation": f"a body with {damage}",
+            "physics": f"the twin in physics with {damage}",
+            "robot": f"your robot with {damage}" if session.damage else "your robot",
+        }
+        output().print(
+            f"{prior.source}: {len(prior.performance):,} gaits to try on {where[session.place]}; "
+            f"best {prior.measure} in the atlas: {prior.best:.3g}{self._unit}"
+            + (f", of the champion: {reference.performance:.3g}{self._unit}" if reference else ""),
+            style="bold",
+        )
+
+    def print_all(self, trials: Iterable[Trial]) -> None:
+        """Print the earlier trials, and new trials as they finish."""
+        self.print_earlier()
+        for trial in trials:
+            self.print_trial(trial)
+
+    def print_earlier(self) -> None:
+        """Print the trials so far."""
+        for trial in self._adaptation.trials:
+            self.print_trial(trial)
+
+    def print_trial(self, trial: Trial) -> None:
+        """Print a trial."""
+        if self._json:
+            print_json({"trial": trial.number, **_without_number(trial)})
+            return
+        echo(f"{self._prediction(trial)}, {describe_result(trial)}{self._unit}")
+
+    def print_done(self, done: Trial | Said) -> None:
+        """Print a trial, or the result that was undone."""
+        if isinstance(done, Trial):
+            self.print_trial(done)
+        else:
+            self._print_undone(done)
+
+    def _print_undone(self, said: Said) -> None:
+        """Print the result, correction or repeat that was undone."""
+        if self._json:
+            print_json({"undone": said.kind, "trial": said.trial, "text": said.text})
+        else:
+            echo(f"undone: {said.kind} of trial {said.trial}, {said.text or said.values}")
+
+    def print_proposal(self, proposal: Proposal, file: Path) -> None:
+        """Print a gait to try, and its file."""
+        if self._json:
+            print_json(
+                {"proposal": proposal.number, **_without_number(proposal), "file": str(file)}
+            )
+            return
+        echo(f"{self._prediction(proposal)}\n  play {file}")
+
+    def print_result(self, file: Path | None = None) -> None:
+        """Print why the adaptation has ended, its best gait, and commands to use it.
+
+        Args:
+            file: gait file of the best gait, if it is not a member of the atlas.
+        """
+        adaptation = self._adaptation
+        best, gait, prior = adaptation.best, adaptation.gait, adaptation.prior
+        if best is None or gait is None:
+            raise ValueError("an adaptation cannot end without a trial")
+        name = analyse_individual(gait).name.name
+        if self._json:
+            shares = {"share": best.measured / prior.best}
+            if adaptation.reference is not None:
+                whole = adaptation.reference.performance
+                shares |= {"champion": whole, "share_of_champion": best.measured / whole}
+            values = {"member": best.member, "gait": name, "measured": best.measured}
+            path = str(adaptation.path) if adaptation.path else None
+            ended = {"ended": adaptation.ending, "trials": len(adaptation.trials)}
+            values |= {"genome": [*best.genome], "file": str(file)} if file else {}
+            print_json({**ended, **values, **shares, "adaptation": path})
+            return
+        echo(f"Ended: {adaptation.ending}.")
+        gait_words = "an unnamed gait" if name == "none" else f"{name} in the atlas"
+        output().print(
+            f"Best: {_of(best)}, {gait_words}: {adaptation.shares}",
+            style="bold",
+        )
+        damage = damage_options(adaptation.session.damage)
+        chosen = (prior.source, *(("--gait", file) if file else ("--member", best.member)))
+        commands = {
+            "watch it": command("play", *chosen, *damage),
+            "export it": command("export", *chosen),
+            "make a video": command("video", *chosen, *damage),
+        }
+        if adaptation.session.place == "physics":
+            commands["analyse it in physics"] = command("analyse", *chosen, *damage, "--physics")
+        for meaning, line in commands.items():
+            output().print(f"  {line}  # {meaning}", style="dim")
+
+    def print_figure(self, file: Path) -> None:
+        """Report the file of a plot."""
+        report_files(file)
+        if not self._json:
+            echo(file)
+
+    def _prediction(self, one: Proposal) -> str:
+        return (
+            f"trial {one.number:>2}  {_of(one)}  expected {one.expected:6.3f} ± "
+            f"{one.deviation:.3f}{self._unit}"
+        )
+
+
+def describe_result(trial: Trial) -> str:
+    """Return the result of a trial, such as 'fell, measured 0.300'."""
+    outcome = "" if trial.outcome == "walked" else f"{trial.outcome}, "
+    several = f"mean of {trial.count} " if trial.count > 1 else ""
+    return f"{outcome}measured {several}{trial.measured:.3f}"
+
+
+def _of(proposal: Proposal) -> str:
+    """Return the gait of a proposal, such as 'member 2647'."""
+    return f"{'change' if proposal.genome else 'member'} {proposal.member:>6}"
+
+
+def _without_number(proposal: Proposal) -> dict[str, Any]:
+    values = asdict(proposal)
+    kept = {name for name, one in values.items() if name != "number" and one not in ((), None)}
+    if values.get("count") == 1:
+        kept -= {"count", "outcome"} if values["outcome"] == "walked" else {"count"}
+    return {name: values[name] for name in values if name in kept}
+
+
+def write_report(
+    run: RunSnapshot,
+    folder: Path | None,
+    settings: Mapping[str, Any],
+    *,
+    supported: bool,
+    **options: Any,
+) -> None:
+    """Compute or continue a report on an atlas, and write its files.
+
+    Args:
+        run: the atlas.
+        folder: folder of the report; None if the command line lacks it.
+        settings: settings of the adaptations, fields of `AdaptationSettings` by name.
+        supported: whether a report supports all options of the command line.
+        options: options of `make_report`.
+    """
+    if folder is None:
+        raise GaitsimError("--pairs needs --report FOLDER", where="--pairs")
+    if not supported:
+        raise GaitsimError(
+            "--report covers all leg losses, so only some options can be combined with it",
+            where="--report",
+            allowed="--pairs, --physics, --measure, --champion, --workers, and the options under "
+            "'How trials are chosen'",
+        )
+    try:
+        with interruptible():
+            _write(_compute(run, folder, settings, **options), run.path.resolve().name, folder)
+    except KeyboardInterrupt:
+        notice("Stopped; finished adaptations are saved. Repeat the command to continue.")
+        sys.exit(INTERRUPTED)
+
+
+def _compute(
+    run: RunSnapshot, folder: Path, settings: Mapping[str, Any], **options: Any
+) -> AdaptationReport:
+    gaits = count_gaits(run, physics=options["physics"])
+    with ExitStack() as bars:
+
+        def bar(what: str, unit: str, total: int) -> Progress:
+            bars.close()
+            return bars.enter_context(Progress(what, unit, total, log=f"{what}: {total:,} {unit}"))
+
+        adapting: list[Progress] = []
+
+        def on_case(done: int, total: int) -> None:
+            if not adapting:
+                adapting.append(bar("adapting", "damages", total))
+            adapting[0].reach(done)
+
+        return make_report(
+            run,
+            folder,
+            settings=AdaptationSettings(**settings),
+            on_atlas=bar("evaluating the atlas", "gaits", gaits).advance,
+            on_case=on_case,
+            **options,
+        )
+
+
+def _write(report: AdaptationReport, name: str, folder: Path) -> None:
+    heading = f"{name}, {'physics' if report.place == 'physics' else 'simulation'}"
+    figures = figure_names(report)
+    for file, draw in zip(figures, (kept_figure, pairs_figure), strict=False):
+        save(draw(report, heading), folder / file)
+    text = summary(report, name, figures)
+    write_bytes(folder / TRIALS, trials_table(report).encode())
+    write_bytes(folder / SUMMARY, text.encode())
+    echo(text.split("\n\n!")[0].rstrip())
+    report_files(folder)

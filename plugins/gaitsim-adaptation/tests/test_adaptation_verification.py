@@ -1,0 +1,284 @@
+"""`verify` finds every change in the file of an adaptation, and in a report on lost legs."""
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import gaitsim as gs
+from gaitsim.errors import RunError
+from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.verifying import verify_files
+from gaitsim_adaptation.adaptation import open_adaptation
+from gaitsim_adaptation.prior import atlas_members, cache_key, write_intact
+from gaitsim_adaptation.report import figure_names, make_report, summary, trials_table
+from gaitsim_adaptation.settings import AdaptationSettings
+
+SETTINGS = {"trials": 5, "stop": 1.5}
+SHORT = AdaptationSettings(3, stop=2.0)
+
+
+@pytest.fixture(params=["simulation", "robot"])
+def file(request, atlas):
+    """An adaptation with five trials, simulated or measured on a robot."""
+    run, place = RunSnapshot(atlas), request.param
+    damage = ("A lost",) if place == "simulation" else ()
+    adaptation = open_adaptation(run, damage, place=place, settings=SETTINGS, workers=1)
+    while adaptation.proposal is not None:
+        if place == "simulation":
+            next(adaptation)
+        else:
+            adaptation.record(0.4 + 0.01 * adaptation.proposal.member % 1)
+    assert len(adaptation.trials) == 5
+    return adaptation.path
+
+
+def verified(path, **options):
+    return verify_files(str(path), workers=1, **options)
+
+
+def test_an_untouched_adaptation_is_identical(file, gaitsim):
+    verdict = verified(file)
+    simulated = file.stem == "A-lost"
+    assert verdict.identical, verdict.differences
+    assert (len(verdict.again), verdict.complete) == ((5, True) if simulated else (0, False))
+    (result,) = (one.result for one in verdict.files if one.file == file.name)
+    assert result == ("same" if simulated else "cannot be known")
+    lines = gaitsim("verify", file, "--workers", 1).stdout.splitlines()
+    assert lines[0].endswith("json: identical" if simulated else "in all that was compared")
+    kept = json.loads(gaitsim("verify", file, "--json", "--workers", 1).stdout)
+    assert (kept["adaptation"], kept["identical"]) == (str(file), True)
+
+
+def without_a_trial(session):
+    del session["said"][2]
+    for at, one in enumerate(session["said"], 1):
+        one["trial"] = one["proposal"]["number"] = at
+
+
+def swapped(session):
+    second, third = session["said"][1:3]
+    second["proposal"], third["proposal"] = third["proposal"], second["proposal"]
+    second["values"], third["values"] = third["values"], second["values"]
+    second["proposal"]["number"], third["proposal"]["number"] = 2, 3
+
+
+def another_member(session):
+    tried = {one["proposal"]["member"] for one in session["said"]}
+    session["said"][3]["proposal"]["member"] = min({*range(1, 9)} - tried)
+
+
+def changed(name, by=1e-9, at=3):
+    def change(session):
+        session["said"][at]["proposal"][name] += by
+
+    return change
+
+
+def result(by, at):
+    def change(session):
+        session["said"][at]["values"][0] += by
+
+    return change
+
+
+def corrected(session):
+    change = {"kind": "correction", "trial": 1, "values": [0.1], "outcome": "fell"}
+    session["said"].insert(2, session["said"][0] | change | {"proposal": None})
+
+
+def set_to(name, value, inside=None):
+    def change(session):
+        (session[inside] if inside else session)[name] = value
+
+    return change
+
+
+TAMPERINGS = {
+    "a trial deleted": without_a_trial,
+    "two trials swapped": swapped,
+    "another member proposed": another_member,
+    "an expected value": changed("expected"),
+    "a deviation": changed("deviation"),
+    "a result, which later proposals follow from": result(0.5, 0),
+    "a correction, which later proposals follow from": corrected,
+    "the last result": result(1e-9, 4),
+    "the damage": set_to("damage", ["B lost"]),
+    "the measure": set_to("measure", "turn A"),
+    "kappa": set_to("kappa", 500.0, "settings"),
+    "the length scale": set_to("length_scale", 0.3, "settings"),
+    "the noise": set_to("noise", 0.002, "settings"),
+    "another atlas": set_to("atlas", "0" * 64),
+}
+ON_A_ROBOT = {"the last result", "the damage"}
+"""Statements of the user, which nothing can check."""
+
+
+@pytest.mark.sampled
+@pytest.mark.parametrize("name", TAMPERINGS)
+def test_tampering_is_found(file, name):
+    if file.stem == "robot" and name in ON_A_ROBOT:
+        pytest.skip("a statement of the user")
+    session = json.loads(file.read_text())
+    TAMPERINGS[name](session)
+    file.write_text(json.dumps(session))
+    assert not verified(file).identical
+
+
+def test_known_damage_changed_gaits_repeats_and_corrections_are_replayed(atlas):
+    settings = {"trials": 3, "refine": 2, "repeats": 1}
+    adaptation = open_adaptation(
+        RunSnapshot(atlas), ("A lost",), place="robot", settings=settings, known=True, workers=1
+    )
+    while adaptation.proposal is not None:
+        adaptation.record(0.3 + 0.1 * adaptation.proposal.member % 0.7)
+        if len(adaptation.trials) == 2:
+            adaptation.correct(1, 0.9)
+            adaptation.repeat(2, 0.2)
+    assert [bool(trial.genome) for trial in adaptation.trials][-2:] == [True, True]
+    path = adaptation.path
+    verdict = verified(path)
+    assert verdict.identical, verdict.differences
+    session = json.loads(path.read_text())
+    changed = next(
+        one["proposal"] for one in session["said"] if (one["proposal"] or {}).get("genome")
+    )
+    changed["genome"][0] += 1e-9
+    path.write_text(json.dumps(session))
+    assert "with other genes" in str(verified(path).differences[0])
+    session["said"][-2]["proposal"]["genome"].pop()
+    path.write_text(json.dumps(session))
+    with pytest.raises(RunError, match="a changed gait does not fit the body"):
+        verified(path)
+    with pytest.raises(RunError, match="a changed gait does not fit the body"):
+        open_adaptation(RunSnapshot(atlas), ("A lost",), place="robot", workers=1)
+
+
+def test_a_robot_is_not_turned_into_a_simulation(file):
+    session = json.loads(file.read_text())
+    other = {"simulation": "robot", "robot": "simulation"}[session["place"]]
+    file.write_text(json.dumps(session | {"place": other}))
+    verdict = verified(file)
+    assert not verdict.complete or not verdict.identical
+
+
+def test_a_forged_map_of_the_intact_body_is_found(file, atlas):
+    run = RunSnapshot(atlas)
+    members = atlas_members(run)
+    forged = np.linspace(0, 3, len(members.scores))
+    key = cache_key(run, "forward", run.experiment_at(run.generation))
+    write_intact(atlas, "forward", key, forged)
+    assert any("intact-forward.bin" in str(one) for one in verified(file).differences)
+
+
+def test_an_atlas_that_has_evolved_since_is_another_atlas(file, atlas, gaitsim):
+    gaitsim("resume", "atlas", "--generations", 6, "--workers", 1)
+    answer = gaitsim("verify", file, code=1).stdout
+    assert "another atlas, or to an earlier generation" in answer
+
+
+def test_a_file_elsewhere_needs_its_atlas(file, atlas, tmp_path, gaitsim):
+    moved = shutil.copy(file, tmp_path / "moved.json")
+    assert "--atlas spider-atlas" in gaitsim("verify", moved, code=2).stderr
+    assert "identical" in gaitsim("verify", moved, "--atlas", "atlas", "--workers", 1).stdout
+    assert gs.verify(file).identical
+    assert "verify each of its files" in gaitsim("verify", "atlas", "--workers", 1).stdout
+
+
+@pytest.fixture
+def report(atlas, tmp_path, once):
+    """The folder of a report on all leg losses, without its figures."""
+    folder = tmp_path / "losses"
+
+    def create():
+        write_tables(folder, make_report(RunSnapshot(atlas), folder, pairs=True, settings=SHORT))
+
+    return once("report on losses", folder, create)
+
+
+def write_tables(folder, made):
+    (folder / "trials.csv").write_text(trials_table(made))
+    (folder / "report.md").write_text(summary(made, "atlas", figure_names(made)))
+
+
+def test_an_untouched_report_is_identical(report, atlas, gaitsim):
+    verdict = verified(report, atlas=str(atlas), everything=True)
+    assert verdict.identical, verdict.differences
+    assert (verdict.complete, len(verdict.again)) == (True, 6)
+    answer = gaitsim("verify", "losses", "--atlas", "atlas").stdout
+    assert answer.startswith("losses: identical\n6 of 6 cases measured again: 1 to 6\n")
+    assert "--atlas" in gaitsim("verify", "losses", code=2).stderr
+    # Repeated without its pairs, a report keeps them, and its tables do not show them.
+    write_tables(
+        report, make_report(RunSnapshot(atlas), report, settings=AdaptationSettings(3, stop=2.0))
+    )
+    assert verified(report, atlas=str(atlas)).identical
+    (report / "report.md").unlink()
+    verdict = verified(report, atlas=str(atlas))
+    assert (verdict.identical, verdict.complete) == (True, False)
+    assert "not finished" in verdict.notes[0]
+
+
+def in_report(change):
+    def tamper(folder):
+        content = json.loads((folder / "report.json").read_text())
+        change(content)
+        (folder / "report.json").write_text(json.dumps(content))
+
+    return tamper
+
+
+def in_case(change):
+    return in_report(lambda report: change(report["cases"][4]))
+
+
+def in_trial(name, by):
+    def change(case):
+        case["trials"][1][name] += by
+
+    return in_case(change)
+
+
+def replaced(name, old, new):
+    def tamper(folder):
+        text = (folder / name).read_text()
+        assert old in text
+        (folder / name).write_text(text.replace(old, new, 1))
+
+    return tamper
+
+
+def random_result(case):
+    case["random"][1] += 1e-9
+
+
+def more_trials(case):
+    case["trials"].append(case["trials"][0] | {"number": 4, "member": 1})
+    case["random"].append(0.5)
+
+
+REPORT_TAMPERINGS = {
+    "a measured value": in_trial("measured", 0.1),
+    "an expected value": in_trial("expected", 1e-9),
+    "a random gait": in_case(random_result),
+    "a trial deleted": in_case(lambda case: (case["trials"].pop(), case["random"].pop())),
+    "a trial added": in_case(more_trials),
+    "a changed gait": in_case(lambda case: case["trials"][-1].update(genome=[0.1])),
+    "a case deleted": in_report(lambda report: report["cases"].pop(1)),
+    "a case repeated": in_report(lambda report: report["cases"].append(report["cases"][0])),
+    "another damage": in_case(lambda case: case.update(damage=["A stuck 20"])),
+    "the intact body": in_report(lambda report: report.update(intact={"1": 3.0})),
+    "the unit": in_report(set_to("unit", "mm")),
+    "kappa": in_report(set_to("kappa", 0.5, "settings")),
+    "another atlas": in_report(set_to("atlas", "0" * 64)),
+    "the table": replaced("trials.csv", "random", "adaptation"),
+    "the summary": replaced("report.md", "| A |", "| B |"),
+}
+
+
+@pytest.mark.sampled
+@pytest.mark.parametrize("tamper", REPORT_TAMPERINGS.values(), ids=REPORT_TAMPERINGS)
+def test_tampering_with_a_report_is_found(report, atlas, tamper):
+    tamper(report)
+    assert not verified(report, atlas=str(atlas)).identical

@@ -1,0 +1,202 @@
+"""Chains of hinges: forward and inverse kinematics of whole populations.
+
+Sources: R. W. Brockett, Robotic manipulators and the product of exponentials formula (1984);
+T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE
+Transactions on Robotics 27 (2011) 984-991, whose damping follows the error.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gaitsim.plugin.toolkit import cos, matmul, norm, sin, solve
+from gaitsim_robot.anatomy import Anatomy, Floats
+
+ITERATIONS = 20
+PLANAR = 0.95  # smallest y component of all axes of a leg that moves only in the x-z plane
+FARTHEST_TURN = 0.5  # rad, largest change of an angle in one iteration
+
+
+@dataclass(frozen=True, eq=False)
+class Chain:
+    """Hinges in series from the trunk to a tip, in the frame of the standing trunk.
+
+    Attributes:
+        anchors: a point on each axis in the pose `zero`, (joints, 3) m.
+        axes: direction of each axis in the pose `zero`, (joints, 3).
+        tip: position of the tip in the pose `zero`, (3,) m.
+        zero: angles of the reference pose, (joints,) rad.
+        lower: smallest angles, (joints,) rad.
+        upper: largest angles, (joints,) rad.
+    """
+
+    anchors: Floats
+    axes: Floats
+    tip: Floats
+    zero: Floats
+    lower: Floats
+    upper: Floats
+
+    @property
+    def length(self) -> float:
+        """Length along the anchors to the tip, m."""
+        corners = np.vstack([self.anchors, self.tip])
+        return float(norm(np.diff(corners, axis=0)).sum()) or 1.0
+
+    def place(self, angles: Floats) -> Floats:
+        """Return the positions of the tip, (..., 3) m, for angles, (..., joints) rad."""
+        return self._pose(np.ascontiguousarray(angles - self.zero))[0]
+
+    def rotation(self, angles: Floats) -> Floats:
+        """Return the tip's rotation from `zero`, (..., 3, 3), for angles, (..., joints) rad."""
+        return self._pose(np.ascontiguousarray(angles - self.zero))[1]
+
+    def weights(self, level: bool) -> Floats:
+        """Return weights for `solve` that suit the number of joints, (6,).
+
+        Three joints control the whole position; two control mainly its forward and upward
+        components. With `level`, further joints prevent the foot from pitching, rolling and yawing,
+        in this order.
+        """
+        joints = len(self.zero)
+        planar = bool((np.abs(self.axes[:, 1]) > PLANAR).all())
+        aside = 0.0 if planar else 1.0 if joints > 2 else 0.1
+        spare = joints - (2 if planar else 3) if level else 0
+        turns = [spare > 1 and not planar, spare > 0, spare > 2 and not planar]
+        place = [1.0, aside, 1.0] if joints > 1 else [0.1, 0.1, 1.0]
+        return np.concatenate([place, 0.3 * self.length * np.array(turns)])
+
+    def solve(
+        self,
+        targets: Floats,
+        start: Floats,
+        hold: Floats,
+        weights: Floats,
+        iterations: int = ITERATIONS,
+    ) -> Floats:
+        """Return angles within the limits that move the tip to the targets, or close to them.
+
+        Args:
+            targets: target positions, (..., 3) m.
+            start: initial angles, (..., joints) rad, or (joints,) for all targets.
+            hold: angles at which the tip has the wanted orientation, (joints,) rad.
+            weights: weights of the errors in x, y, z, and of the rotations about x, y, z in metres
+                per radian, (6,).
+            iterations: number of iterations of the Levenberg-Marquardt method.
+
+        Returns:
+            The angles, (..., joints) rad. Each target is solved independently of the others.
+        """
+        joints = len(self.zero)
+        angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
+        orientation = self._pose(hold - self.zero)[1]
+        rows = np.flatnonzero(weights)
+        small = 1e-6 * self.length * self.length
+        diagonal = np.eye(joints)
+        for _ in range(iterations):
+            tips, rotation, anchors, axes = self._pose(angles - self.zero)
+            error = np.concatenate([targets - tips, _turn(rotation, orientation)], axis=-1)
+            error = (error * weights)[..., rows]
+            slope = (_jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
+            downhill = _multiply(slope.swapaxes(-1, -2), error)
+            stuck = ((angles <= self.lower) & (downhill < 0)) | (
+                (angles >= self.upper) & (downhill > 0)
+            )
+            slope = np.where(stuck[..., None, :], 0.0, slope)
+            downhill = np.where(stuck, 0.0, downhill)
+            damping = 0.5 * (error * error).sum(axis=-1) + small
+            normal = matmul(slope.swapaxes(-1, -2), slope) + damping[..., None, None] * diagonal
+            step = np.clip(solve(normal, downhill), -FARTHEST_TURN, FARTHEST_TURN)
+            angles = np.clip(angles + step, self.lower, self.upper)
+        return angles
+
+    def _pose(self, turned: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        """Return tips (..., 3), rotations (..., 3, 3), anchors and axes (..., joints, 3)."""
+        shape = turned.shape[:-1]
+        sine, versine = sin(turned), 1 - cos(turned)
+        rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
+        shift = np.zeros((*shape, 3))
+        anchors, axes = np.empty((*turned.shape, 3)), np.empty((*turned.shape, 3))
+        for joint, (anchor, axis) in enumerate(zip(self.anchors, self.axes, strict=True)):
+            anchors[..., joint, :] = _multiply(rotation, anchor) + shift
+            axes[..., joint, :] = _multiply(rotation, axis)
+            cross = _cross_matrix(axis)
+            turn = np.eye(3) + sine[..., joint, None, None] * cross
+            turn += versine[..., joint, None, None] * matmul(cross, cross)
+            rotation = matmul(rotation, turn)
+            shift = anchors[..., joint, :] - _multiply(rotation, anchor)
+        return _multiply(rotation, self.tip) + shift, rotation, anchors, axes
+
+
+def pose_data(model: Any, qpos: Floats) -> Any:
+    """Return `mujoco.MjData` of a robot in a pose, with kinematics and centres of mass."""
+    import mujoco
+
+    data = mujoco.MjData(model)
+    data.qpos[:] = qpos
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    return data
+
+
+def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
+    """Return the chains of the legs in the standing pose, with their tips at the contacts."""
+    data = pose_data(model, anatomy.stance)
+    chains = []
+    for leg in anatomy.legs:
+        foot = model.body(leg.foot).id
+        tip = data.xpos[foot] + _multiply(data.xmat[foot].reshape(3, 3), np.asarray(leg.point))
+        joints = np.array([model.joint(name).id for name in leg.joints])
+        chains.append(leg_chain(model, data, joints, tip))
+    return tuple(chains)
+
+
+def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
+    """Return the chain of joints, given by index from the hip to the foot, in the pose of `data`.
+
+    Missing or wide limits are replaced by half a turn in each direction.
+    """
+    zero = data.qpos[model.jnt_qposadr[joints]].copy()
+    limited = model.jnt_limited[joints].astype(bool)
+    lower, upper = model.jnt_range[joints].T
+    return Chain(
+        data.xanchor[joints].copy(),
+        data.xaxis[joints].copy(),
+        tip,
+        zero,
+        np.maximum(np.where(limited, lower, -np.inf), zero - np.pi),
+        np.minimum(np.where(limited, upper, np.inf), zero + np.pi),
+    )
+
+
+def _multiply(matrices: Floats, vectors: Floats) -> Floats:
+    """Return the products of matrices, (..., n, m), and vectors, (..., m)."""
+    return matmul(matrices, vectors[..., None])[..., 0]
+
+
+def _cross_matrix(axis: Floats) -> Floats:
+    x, y, z = axis
+    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+
+
+def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
+    """Return the derivatives of the tip, m/rad, then of its rotation, rad/rad, (..., 6, joints)."""
+    lever = tips[..., None, :] - anchors
+    columns = np.concatenate([_cross(axes, lever), axes], axis=-1)
+    return columns.swapaxes(-1, -2)
+
+
+def _cross(a: Floats, b: Floats) -> Floats:
+    product = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
+    return product
+
+
+def _turn(rotation: Floats, orientation: Floats) -> Floats:
+    """Return the first-order rotation vector from `rotation` to `orientation`, (..., 3) rad."""
+    turn: Floats = np.zeros(rotation.shape[:-1])
+    for column in range(3):
+        turn += _cross(rotation[..., column], orientation[:, column])
+    return turn / 2

@@ -1,0 +1,690 @@
+"""The body `robot`: any legged robot from a URDF or MJCF file."""
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, model_validator
+
+from gaitsim.plugin import (
+    COMMAND,
+    WORLD_HELP,
+    Array,
+    BodyFile,
+    Channel,
+    Command,
+    Condition,
+    Controller,
+    Facts,
+    FittedGait,
+    GaitsimError,
+    Genomes,
+    Measure,
+    Motion,
+    Organism,
+    RealSpace,
+    Reflex,
+    Rhythm,
+    Rig,
+    Skeleton,
+    Steered,
+    check_world,
+    folder_of,
+    load_engine,
+    load_reflexes,
+    option,
+    roots_of,
+    unknown,
+)
+from gaitsim.plugin.toolkit import (
+    DAMAGE_HELP,
+    STRIDE_FREQUENCY,
+    STRIDE_FREQUENCY_CHANNEL,
+    Damage,
+    angles_frequency,
+    check_joint_angles,
+    check_sensors,
+    check_time_step,
+    genome_space,
+    parse_damage,
+)
+from gaitsim_robot.anatomy import Anatomy, Facing
+from gaitsim_robot.conditions import robot_conditions
+from gaitsim_robot.drives import (
+    CALIBRATION_TIME,
+    Pushes,
+    check_drive,
+    clipped_commands,
+    pushes,
+    targets,
+    true_shares,
+)
+from gaitsim_robot.encodings import Encoding, Kind, Symmetry
+from gaitsim_robot.feeling import (
+    NO_REFLEXES,
+    Pilot,
+    ReflexGenes,
+    check_evolve,
+    check_needs,
+    select_options,
+    started,
+)
+from gaitsim_robot.loading import (
+    BUNDLED,
+    ServoOptions,
+    bundled_text,
+    describe_library,
+    describe_robot,
+    imported_file,
+    joint_ranges,
+    load_anatomy,
+    load_encoding,
+    load_servos,
+    load_simulation,
+    robot_text,
+    servo_latency,
+    standing_angles,
+)
+from gaitsim_robot.measures import measures
+from gaitsim_robot.servos import ServoName
+from gaitsim_robot.simulation import FRAME_RATE, Simulation
+from gaitsim_robot.units import unit_warning
+
+XYZ = ("x", "y", "z")
+FASTEST = 5.0  # Hz
+Share = Annotated[float, Field(ge=0.05, le=20)]
+HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
+LATE = 0.03  # s, latency of a slow servo and its controller
+
+CHANNELS: Mapping[str, Channel] = {
+    "joint_angles": Channel(
+        ("frames", "joints"), "rad", "commands to the servos, relative to the file's zero"
+    ),
+    "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
+    "joint_velocities": Channel(("frames", "joints"), "rad/s", "velocities of the joints"),
+    "torque": Channel(
+        ("frames", "joints"), "N m", "mean magnitude of the torque since the previous frame"
+    ),
+    "stall_torque": Channel(("joints",), "N m", "largest torque of the servos; 0 if unknown"),
+    "rms_torque": Channel(
+        ("joints",), "N m", "root mean square of the torque in each physics step, until the fall"
+    ),
+    "continuous_torque": Channel(
+        ("joints",), "N m", "torque of the servos without overheating; 0 if unknown"
+    ),
+    "torso": Channel(
+        ("frames", XYZ), "m", "origin of the trunk, relative to the ground below its start"
+    ),
+    "torso_velocity": Channel(("frames", XYZ), "m/s", "velocity of the trunk's origin"),
+    "orientation": Channel(
+        ("frames", ("roll", "pitch", "yaw")),
+        "rad",
+        "roll to the right, pitch nose down, yaw to the left",
+    ),
+    "height": Channel(("frames",), "m", "height of the trunk's origin above the ground"),
+    "foot_positions": Channel(
+        ("frames", "feet", XYZ), "m", "points of the feet that touch the ground when standing"
+    ),
+    "stance": Channel(
+        ("frames", "feet"), "", "whether the foot carried load since the previous frame"
+    ),
+    "load": Channel(
+        ("frames", "feet", XYZ),
+        "N",
+        "mean force of the ground on each foot since the previous frame",
+    ),
+    "slip": Channel(("frames",), "m", "mean slide of the stance feet since the previous frame"),
+    "energy": Channel(
+        ("frames",), "J", "work of the servos since the start; braking counts as positive"
+    ),
+    STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
+    "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
+    "weight": Channel((), "N", "weight of the whole robot"),
+    "length": Channel((), "m", "length of the trunk; with two legs, at least that of a leg"),
+    "configuration": Channel(
+        ("frames", "coordinates"),
+        "",
+        "position and quaternion of the trunk, then the angles of all joints, m and rad",
+    ),
+}
+
+
+FELT: Mapping[str, Channel] = {
+    "command": Channel(
+        ("frames", COMMAND),
+        ("m/s", "rad/s", "m/s", "m"),
+        "commands of the driver, smoothed: forward, to the left, to the left, upward",
+    ),
+    "changed_command": Channel(
+        ("frames", COMMAND),
+        ("m/s", "rad/s", "m/s", "m"),
+        "commands with the changes of reflexes",
+    ),
+    "measured_orientation": Channel(
+        ("frames", ("roll", "pitch", "yaw")), "rad", "orientation as the IMU measures it"
+    ),
+    "commanded_heading": Channel(
+        ("frames",), "rad", "direction that the commands ask for, to the left of the start"
+    ),
+}
+"""The channels of a robot that feels or is driven, besides `CHANNELS`."""
+
+
+class _Channels:
+    """The channels of a robot; the class itself shows all that robots may have."""
+
+    def __get__(self, robot: "Robot | None", owner: type) -> Mapping[str, Channel]:
+        return CHANNELS if robot is not None and not robot.feels else {**CHANNELS, **FELT}
+
+
+MUJOCO = "mujoco"
+"""The engine of robots; packages add others."""
+
+
+class Robot(Organism):
+    """Any legged robot from a URDF or MJCF file, in rigid-body physics."""
+
+    model: str = option(
+        "quadruped",
+        "a bundled robot ('quadruped', 'hexapod' or 'spider-physics'), the path of a URDF or MJCF "
+        "file, or the text into which gaitsim converts such a file",
+    )
+    scale: float = option(
+        1.0,
+        "factor for all lengths in the robot's file, such as 0.001 for millimetres; experiments "
+        "and runs store the scaled robot, with a scale of 1",
+        ge=1e-6,
+        le=1e6,
+    )
+    mass_scale: float = option(
+        1.0,
+        "factor for all masses in the robot's file, such as 0.001 for grams; experiments and runs "
+        "store the scaled robot, with a factor of 1",
+        ge=1e-6,
+        le=1e6,
+    )
+    encoding: Kind = option(
+        "steps",
+        "rule that turns a genome into joint angles: 'steps' moves the feet in step cycles by "
+        "inverse kinematics, 'sine' gives each joint a sine wave, 'cpg' uses coupled oscillators "
+        "that start from the standing pose",
+    )
+    symmetry: Symmetry = option(
+        "none",
+        "symmetry of the gait: with 'alternating' and 'trot', each leg takes turns with "
+        "its neighbours and with the opposite leg; with 'bound', front and back legs "
+        "take turns; with 'wave', steps run from back to front",
+    )
+    fastest_stride: float = option(
+        2.5,
+        "upper bound of the frequency gene, in strides per second",
+        unit="Hz",
+        gt=0.5,
+        le=FASTEST,
+    )
+    heading: float = option(
+        0.0,
+        "direction of the strides with encoding 'steps': 0 is forward, 90 is to the left",
+        unit="°",
+        ge=-180,
+        le=180,
+    )
+    duration: float = option(10.0, "length of a rollout", unit="s", ge=0.5, le=600)
+    feet: tuple[str, ...] = option(
+        (), "names of the links at the ends of the legs; by default, gaitsim finds the legs"
+    )
+    facing: Facing = option(
+        "auto",
+        "direction of the nose in the robot's file, with z up; 'auto' follows the names of the "
+        "legs, such as FL and front_left, if they fit only one direction, or else the shape of the "
+        "robot",
+    )
+    stance: dict[str, float] = option(
+        {},
+        "joint angles in the standing pose, by name; other joints have the angles of the "
+        "file's keyframe, or zero; by default, gaitsim finds a pose",
+        unit="°",
+    )
+    dt: float = option(
+        0.004,
+        "time step of the physics; 1/50 s must be a whole multiple of it",
+        unit="s",
+        ge=2e-4,
+        le=0.01,
+    )
+    servo: ServoName = option(
+        "model",
+        "servo of each joint: 'model' uses the limits in the robot's file, 'ideal' has almost no "
+        "limits, and the others are hobby servos with values from their data sheets",
+    )
+    torque_limit: float | None = option(
+        None, "largest torque of a servo; by default, the servo's own", unit="N m", gt=0, le=1e5
+    )
+    speed_limit: float | None = option(
+        None, "no-load speed of a servo; by default, the servo's own", unit="rad/s", gt=0, le=100
+    )
+    latency: float | None = option(
+        None,
+        "delay from a command to the servo's torque; by default, the servo's own",
+        unit="s",
+        ge=0,
+        le=0.2,
+    )
+    stiffness: float | None = option(
+        None,
+        "torque of a servo per radian of position error; by default, the servo's own",
+        unit="N m/rad",
+        gt=0,
+        le=1e6,
+    )
+    engine: str = option(
+        MUJOCO, "physics engine: 'mujoco', or 'bullet' (PyBullet) with the package gaitsim-bullet"
+    )
+    friction: float = option(0.8, "coefficient of friction between feet and ground", ge=0, le=5)
+    gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
+    damage: tuple[str, ...] = option((), DAMAGE_HELP)
+    world: dict[str, float] = option({}, WORLD_HELP)
+    horns: dict[str, Annotated[float, Field(ge=-45, le=45)]] = option(
+        {},
+        "constant errors of joints relative to their commands, by name, such as of servo horns; "
+        "'gaitsim robots identify' finds them",
+        unit="°",
+    )
+    reflexes: dict[str, dict[str, Any]] = option(
+        {},
+        "reflexes that change the gait by the measurements of sensors, in this order",
+        allowed="by name, tables of options that differ from the reflex's defaults, such as "
+        "{ heading = { gain = 2.0 } }",
+    )
+    evolve: tuple[str, ...] = option(
+        (),
+        "options of reflexes that are genes, within their bounds",
+        allowed="a list of names such as 'heading.gain'",
+    )
+    sensors: tuple[str, ...] = option(
+        ("mpu6050",),
+        "sensors of the robot, whose measurements reflexes use",
+        allowed="a list with one of the IMUs mpu6050, bno055 and ideal; contacts or load of the "
+        "feet; joints, for servos that report their angles",
+    )
+    drive: tuple[dict[str, float], ...] = option(
+        (),
+        "commands over time; parts that an entry does not name keep their values; without a drive, "
+        "the gait walks as it evolved",
+        allowed="a list of tables such as { at = 2.0, speed = 0.2, turn = 30.0 }: at in s; speed, "
+        "and sideways to the left, in m/s; turn to the left in °/s; height in m; push in m/s, with "
+        "its direction in °",
+    )
+    command_gains: tuple[Share, Share, Share] = option(
+        (1.0, 1.0, 1.0),
+        "true speed, turn and sideways speed as shares of those of strokes without slip; strokes "
+        "for a command are divided by them; 'gaitsim steer' measures them",
+        allowed="three numbers from 0.05 to 20",
+    )
+
+    dynamic: ClassVar[bool] = True
+    channels: ClassVar[Any] = _Channels()
+
+    @model_validator(mode="after")
+    def _import_model(self, info: ValidationInfo) -> Self:
+        """Replace the path of a file by the scaled robot's text, which needs no scale; check it."""
+        check_time_step(self.dt, FRAME_RATE)
+        _ = self._physics
+        folder, roots = folder_of(info, "model"), roots_of(info)
+        scales = {"scale": self.scale, "mass_scale": self.mass_scale}
+        try:
+            text = robot_text(self.model, folder, roots, **scales)
+            for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
+                object.__setattr__(self, name, value)  # the model is frozen
+            _ = self.anatomy
+        except GaitsimError as error:
+            error.key = error.key or "model"
+            raise
+        _ = self._damage
+        reflexes = load_reflexes(self.reflexes)
+        given = {name: reflex.model_dump(mode="json") for name, reflex in reflexes.items()}
+        object.__setattr__(self, "reflexes", given)
+        check_sensors(self.sensors)
+        check_needs(reflexes, self.sensors)
+        check_evolve(self.evolve, reflexes)
+        check_drive(self.drive)
+        check_world(self.world, self.conditions())
+        for name in self.horns:
+            if name not in self.anatomy.joints:
+                raise unknown("joint", name, self.anatomy.joints, key="horns")
+        return self
+
+    @property
+    def threads(self) -> bool:  # type: ignore[override]
+        """Whether the engine releases the interpreter's lock; PyBullet does not."""
+        return self.engine == "mujoco"
+
+    @property
+    def text(self) -> str:
+        """Text of the robot, an MJCF document."""
+        if self.model in BUNDLED:
+            return bundled_text(self.model)
+        return self.model
+
+    @property
+    def frames(self) -> int:
+        """Number of frames of a rollout, including the start."""
+        return round(self.duration * FRAME_RATE) + 1
+
+    @property
+    def anatomy(self) -> Anatomy:
+        """Legs, feet and standing pose of the intact robot."""
+        return load_anatomy(self.text, self.feet, tuple(self.stance.items()), self.facing)
+
+    @property
+    def simulation(self) -> Simulation:
+        """The robot with its damage in its world; cached after the first compilation."""
+        return self._simulation(self._damage, self.world, self.horns)
+
+    def _simulation(
+        self,
+        damage: tuple[Damage, ...],
+        world: Mapping[str, float],
+        horns: Mapping[str, float] = MappingProxyType({}),
+    ) -> Simulation:
+        errors = [math.radians(horns.get(name, 0.0)) for name in self.anatomy.joints]
+        return load_simulation(
+            (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
+            tuple(sorted(world.items())),
+            math.inf if self.drive else self.duration,  # the same ground for any length of a drive
+            tuple(errors) if any(errors) else (),
+        )
+
+    @property
+    def _damage(self) -> tuple[Damage, ...]:
+        if not self.damage:
+            return ()
+        limits = dict(zip(self.anatomy.joints, joint_ranges(self.text, self.anatomy), strict=True))
+        return parse_damage(self.damage, self.leg_joints(), limits=limits)
+
+    @property
+    def _servo(self) -> ServoOptions:
+        return self.servo, self.torque_limit, self.speed_limit, self.latency, self.stiffness
+
+    def describe(self) -> Facts:
+        """Describe mass, legs, servos, standing pose, damage and world."""
+        servos = load_servos(self.text, self.anatomy, self._servo)
+        units = {name: condition.unit for name, condition in self.conditions().items()}
+        world = {
+            name: f"{value:g} {units.get(name, '')}".rstrip() for name, value in self.world.items()
+        }
+        simulation = self.simulation
+        if push := self.world.get("push"):
+            world["push"] += f" = {push * simulation.anatomy.mass:.3g} N s"
+        return describe_robot(simulation, servos, world)
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return likely mistakes in the robot's file."""
+        anatomy, found = self.anatomy, self.imported()
+        of_file = found.warnings if found else ()
+        units = unit_warning(anatomy.length, anatomy.mass)
+        return tuple(filter(None, (units, *of_file, *anatomy.warnings)))
+
+    def gait_warnings(self, genome: Genomes) -> tuple[str, ...]:
+        """Return a warning about commands of the drive beyond what a gait can do."""
+        if not self.drive:
+            return ()
+        found = clipped_commands(self.drive, self._gaits(genome[None])[0])
+        return (found,) if found else ()
+
+    @classmethod
+    def library(cls) -> Facts:
+        """Describe the bundled robots and servos."""
+        return describe_library({name: cls(model=name).anatomy for name in BUNDLED})
+
+    def imported(self) -> BodyFile | None:
+        """Return the file from which this process read the robot; None for other robots."""
+        return imported_file(self.model)
+
+    def genome_space(self) -> RealSpace:
+        """Return the genome space of the encoding, and of the reflexes."""
+        return genome_space((*self._encoding.groups, *self._reflex_genes.groups))
+
+    def starts(self) -> Mapping[str, Array]:
+        """Return gaits made by hand that suit the legs, such as a trot."""
+        own = self._reflex_genes.start
+        return {
+            name: np.concatenate([start, own]) for name, start in self._encoding.starts().items()
+        }
+
+    @property
+    def feels(self) -> bool:
+        """Whether reflexes or a driver change the gait while it runs."""
+        return bool(self.reflexes or self.drive)
+
+    @property
+    def _reflex_genes(self) -> ReflexGenes:
+        """The reflexes with the genes of their options and weights."""
+        if not self.reflexes:
+            return NO_REFLEXES
+        return ReflexGenes(load_reflexes(self.reflexes), self.evolve, self._encoding.legs)
+
+    @property
+    def _encoding(self) -> Encoding:
+        # The intact robot in its nominal world, as damage and worlds do not change the meaning of
+        # a genome.
+        heading = math.radians(self.heading)
+        return load_encoding(
+            self._simulation((), {}), self.encoding, self.symmetry, self.fastest_stride, heading
+        )
+
+    def move(self, genomes: Genomes) -> Motion:
+        """Simulate the walk of each individual separately."""
+        if self.feels:
+            return self._feel(genomes)
+        return self._walk(*self._encoding.commands(genomes, self.frames))
+
+    def _feel(self, genomes: Genomes) -> Motion:
+        """Simulate robots whose gaits follow reflexes and commands."""
+        pilot = self.pilot(genomes)
+        target = np.zeros((len(genomes), self.frames, len(COMMAND)))
+        if self.drive:
+            target[:] = targets(self.drive, self.frames, FRAME_RATE)
+        else:
+            target[..., 0] = pilot.rhythm.own_speed[:, None]
+        return self._driven(pilot, target, pushes(self.drive, FRAME_RATE))
+
+    def _driven(self, pilot: Pilot, target: Array, pushed: Pushes) -> Motion:
+        """Simulate robots with commands in each frame, (population, frames, 4), and pushes."""
+        from gaitsim_robot import rollout
+
+        frequency = pilot.rhythm.frequency
+        record, feelings = self._physics.feel_out(self.simulation, pilot, target, pushed)
+        return rollout.motion_of(self.simulation, record, feelings.angles, frequency, feelings)
+
+    def pilot(self, genomes: Genomes) -> Pilot:
+        """Return the controllers of a population, standing at the start."""
+        gaits = self._gaits(genomes)
+        return Pilot(*gaits, self.sensors, self.world, self.frames, 1 / FRAME_RATE)
+
+    def _gaits(self, genomes: Genomes) -> tuple[Rhythm, dict[str, Reflex], dict[str, Array]]:
+        """Return the rhythms of a population, its reflexes, and their weights, by name."""
+        encoding = self._encoding
+        reflexes, weights = self._reflex_genes.decode(genomes[:, encoding.genes :])
+        rhythm = encoding.rhythm(genomes[:, : encoding.genes])
+        rhythm.gains[:] = self.command_gains
+        return rhythm, reflexes, weights
+
+    def reflex_names(self) -> tuple[str, ...]:
+        """Return the names of the reflexes."""
+        return tuple(self.reflexes)
+
+    def controller(self, genome: Genomes) -> Controller:
+        """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
+        rhythm, evolved, weights = self.calibrated(genome)._gaits(genome[None])
+        reflexes = {name: select_options(reflex, 0) for name, reflex in evolved.items()}
+        states = {
+            name: started(name, one, rhythm.legs, weights[name]) for name, one in reflexes.items()
+        }
+        return Controller(rhythm, reflexes, states, 1 / FRAME_RATE)
+
+    def fit_gait(self, joint_angles: Array, frequency: float, frame_rate: float) -> FittedGait:
+        """Return a gait of sines, with the reflex `heading` unless the robot has reflexes."""
+        options = {
+            "encoding": "sine",
+            "symmetry": "none",
+            "fastest_stride": min(max(self.fastest_stride, frequency), FASTEST),
+            "reflexes": self.reflexes or {"heading": {}},
+        }
+        robot = self.model_copy(update=options)
+        genome, angles = robot._encoding.fit(joint_angles, frequency, frame_rate)
+        genome = np.concatenate([genome, robot._reflex_genes.start])
+        return FittedGait(options, genome, angles)
+
+    def blind(self, genomes: Genomes) -> tuple[Organism, Genomes] | None:
+        """Return the robot without reflexes; a drive still moves it."""
+        if not self.reflexes:
+            return None
+        plain = self.model_copy(update={"reflexes": {}, "evolve": ()})
+        return plain, genomes[:, : self._encoding.genes]
+
+    def calibrated(self, genome: Genomes) -> Self:
+        """Return the robot with the `command_gains` of a gait, measured in its nominal world."""
+        nominal: dict[str, Any] = {"drive": (), "reflexes": {}, "world": {}, "horns": {}}
+        plain = self.model_copy(update={**nominal, "duration": CALIBRATION_TIME})
+        genes = genome[: self._encoding.genes]
+        rhythm = self._encoding.rhythm(genes[None])
+        tests = np.diag(rhythm.limits[0, :3] * [0.8, 0.5, 0.5])
+        tests[0, 0] = rhythm.own_speed[0]
+        target = np.zeros((3, plain.frames, len(COMMAND)))
+        target[..., :3] = tests[:, None]
+        motion = plain._driven(plain.pilot(np.tile(genes, (3, 1))), target, {})
+        return self.model_copy(update={"command_gains": true_shares(motion, tests)})
+
+    def play(self, joint_angles: Array) -> Motion:
+        """Walk with the given servo commands, clipped to the limits of the joints.
+
+        Args:
+            joint_angles: commands relative to the file's zero, (population, frames, joints) rad,
+                at 50 frames per second; at least 2 frames, the first of which is the initial pose.
+        """
+        check_joint_angles(joint_angles, len(self.anatomy.joints))
+        lower, upper = np.array(joint_ranges(self.text, self.anatomy)).T
+        angles = np.clip(joint_angles.astype(np.float64), lower, upper)
+        return self._walk(angles, angles_frequency(angles, FRAME_RATE))
+
+    def physics_engine(self) -> str:
+        """Return 'mujoco', or the library of another engine."""
+        return self.engine if self.engine == MUJOCO else str(self._physics.LIBRARY)
+
+    @property
+    def _physics(self) -> Any:
+        """The module of the engine, with `roll_out` and `feel_out` as in `gaitsim_robot.rollout`.
+
+        Raises:
+            GaitsimError: the engine is not installed.
+        """
+        if self.engine == MUJOCO:
+            from gaitsim_robot import rollout
+
+            return rollout
+        return load_engine(self.engine, MUJOCO)
+
+    def joint_names(self) -> tuple[str, ...]:
+        """Return the names of the leg joints as in the file, leg by leg."""
+        return self.anatomy.joints
+
+    def standing_pose(self) -> Array:
+        """Return the joint angles of the intact robot in its standing pose, (joints,) rad."""
+        return standing_angles(self.text, self.anatomy)
+
+    def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
+        """Return the joints of each leg by its name: L1, R1 …, or M1 … in the middle."""
+        return {leg.name: leg.joints for leg in self.anatomy.legs}
+
+    def commands(self) -> tuple[Command, ...]:
+        """Return the commands of a driver: to stop, walk, turn, and be pushed."""
+        from gaitsim_robot.steering import COMMANDS
+
+        return COMMANDS
+
+    def controller_names(self) -> tuple[str, ...]:
+        """Return the only controller: a gait, which any individual is."""
+        return ("gait",)
+
+    def controllers(self) -> Mapping[str, Genomes]:
+        """Return the first gait made by hand."""
+        return {"gait": next(iter(self.starts().values()))}
+
+    def steer(self, controllers: Mapping[str, Genomes]) -> Steered:
+        """Return the standing robot, which obeys a driver; its command gains are measured."""
+        from gaitsim_robot.steering import LONGEST, STANDING, SteeredRobot
+
+        if self.engine != "mujoco":
+            raise GaitsimError(
+                "robots are steered in MuJoCo only",
+                key="organism.engine",
+                allowed="mujoco",
+                remedy="steer with --set organism.engine=mujoco; the recorded drive can be played "
+                "in another engine with --engine",
+            )
+        genome, genes = controllers["gait"], self.genome_space().genes
+        if np.shape(genome) != (genes,):
+            raise GaitsimError(f"the gait has shape {np.shape(genome)}, expected ({genes},)")
+        own = self.calibrated(genome)
+        # The moment of the world's own push would depend on the length of the drive.
+        world = {name: value for name, value in self.world.items() if name != "push"}
+        changes = {"drive": (STANDING,), "duration": LONGEST, "world": world}
+        driven = own.model_copy(update=changes)
+        framed = {name for name, one in driven.channels.items() if one.axes[:1] == ("frames",)}
+        options = {"command_gains": [*own.command_gains], "world": world}
+        return SteeredRobot(driven.simulation, driven.pilot(genome[None]), framed, options)
+
+    def _walk(self, angles: Array, frequency: Array) -> Motion:
+        from gaitsim_robot.rollout import walk
+
+        return walk(self.simulation, angles, self._physics.roll_out, frequency)
+
+    def conditions(self) -> Mapping[str, Condition]:
+        """Return the conditions: ground, masses, servos, initial pose and pushes."""
+        return robot_conditions(self.friction, servo_latency(self._servo))
+
+    def checks(self) -> Sequence[Mapping[str, float]]:
+        """Return worlds with softer contacts, other friction, later, softer and stiffer servos.
+
+        A robot with reflexes must also walk with errors of its servo horns, which turn every gait
+        without reflexes off its course.
+        """
+        late = 0.0 if servo_latency(self._servo) >= LATE else LATE
+        horns = ({"joint_offset": HORNS},) if self.reflexes else ()
+        return (
+            {"grip": 1.0},
+            {"friction": 0.4},
+            {"friction": 1.1},
+            {"latency": late},
+            {"servo_stiffness": 0.7},
+            {"servo_stiffness": 2.0},
+            *horns,
+        )
+
+    def measures(self, motion: Motion) -> Mapping[str, Measure]:
+        """Return displacement, speed, duration, effort, slip, steps and posture."""
+        return measures(motion, self.anatomy.legs)
+
+    def rig(self) -> Rig | None:
+        """Return the tree of bodies; None for a robot with mimic joints or closed linkages."""
+        from gaitsim_robot.skeleton import rig
+
+        simulation = self.simulation
+        return rig(simulation.model, simulation.anatomy, simulation.damage)
+
+    def urdf(self) -> str:
+        """Return the robot as URDF; '' for a robot with mimic joints or closed linkages."""
+        from gaitsim_robot.text import compile_model
+        from gaitsim_robot.urdf import urdf
+
+        servos = load_servos(self.text, self.anatomy, self._servo)
+        return urdf(compile_model(self.text), self.anatomy, servos)
+
+    def skeleton(self, motion: Motion, individual: int) -> Skeleton:
+        """Return the solids of the body, and the segments from joint to joint."""
+        from gaitsim_robot.skeleton import skeleton
+
+        return skeleton(self.simulation, motion, individual)

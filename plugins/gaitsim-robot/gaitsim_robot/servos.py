@@ -1,0 +1,199 @@
+"""Servos: position control within a motor's torque and speed, with latency.
+
+A servo drives its joint with the torque `stiffness · (command − angle) − damping · speed` of a DC
+motor, whose largest torque decreases linearly from the stall torque at rest to 0 at the no-load
+speed. It is implemented as MuJoCo's `dcmotor`; `commands.delayed_commands` delays its commands.
+
+A hobby servo has the damping of its motor, stall torque / no-load speed, as its electronics apply a
+voltage proportional to the error, and back-EMF damps the motion. Gear friction, backlash and
+heating are not modelled.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+from gaitsim.plugin.toolkit import SERVOS, Servo
+from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.chain import standing_chains
+
+BAND = 0.25  # rad, largest error at which an unknown servo applies its full torque
+NARROW = 0.02  # rad, the same for a stiffness in a file; higher ones are placeholders, and chatter
+HOLD = 4.0  # × weight × reach per rad, smallest stiffness of an unknown servo; balances a biped
+DAMPING_TIME = 0.03  # s, smallest damping / stiffness of an unknown servo: seven time steps
+STABLE = 0.005  # s, the same for a stiffness in a file: half the largest time step
+SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo up to no-load speed
+SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
+LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
+SPEED = 10.0  # rad/s, speed limit if the file has none
+FASTEST = 50.0  # rad/s; higher speed limits in files are placeholders
+FROM_FILE = "the robot's file"
+
+CONSTANT, GAIN, BRAKE, VOLTAGE = 1, 4, 6, 7
+"""Indices in the gains of MuJoCo's dcmotor: motor constant, stiffness, damping, largest voltage."""
+
+
+ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]
+"""Values of the option `organism.servo`.
+
+- `model`: the limits, stiffness and damping in the robot's text. Missing limits are replaced by a
+  torque of `SHARE` of the robot's weight times the reach of its longest leg, and by `SPEED`. Limits
+  beyond `LIFT` and `FASTEST` are placeholders, and are reduced to these values.
+- `ideal`: stiff, strong and without delay, to show what a gait could achieve.
+"""
+
+
+def joint_servos(
+    model: Any,
+    anatomy: Anatomy,
+    name: ServoName = "model",
+    torque_limit: float | None = None,
+    speed_limit: float | None = None,
+    latency: float | None = None,
+    stiffness: float | None = None,
+) -> dict[str, Servo]:
+    """Return the servo of each driven joint.
+
+    Args:
+        model: `mujoco.MjModel` of the robot's text.
+        anatomy: anatomy of the robot.
+        name: name of the servo.
+        torque_limit: stall torque instead of the servo's, N m.
+        speed_limit: no-load speed instead of the servo's, rad/s.
+        latency: latency instead of the servo's, s.
+        stiffness: stiffness instead of the servo's, N m/rad.
+    """
+    weight = 9.81 * anatomy.mass * _reach(model, anatomy)
+    servos = {}
+    for joint in (*anatomy.joints, *anatomy.held):
+        if name == "model":
+            servo = _servo_from_text(model, joint, weight, torque_limit, speed_limit, stiffness)
+        elif name == "ideal":
+            servo = _assumed_servo(name, LIFT * weight, FASTEST, weight, "no real servo")
+        else:
+            servo = SERVOS[name]
+        if stiffness is not None:
+            damping = servo.damping / servo.stiffness * stiffness
+            servo = replace(servo, stiffness=stiffness, damping=damping)
+        servos[joint] = replace(
+            servo,
+            stall_torque=servo.stall_torque if torque_limit is None else torque_limit,
+            no_load_speed=servo.no_load_speed if speed_limit is None else speed_limit,
+            latency=servo.latency if latency is None else latency,
+        )
+    return servos
+
+
+def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
+    """Add an actuator for each servo, named after its joint.
+
+    The control of an actuator is the commanded angle, which is clipped to the range of the joint.
+    An actuator replaces the joint's own torque limit. The joint's armature is raised to the servo's
+    armature if it is smaller.
+
+    Args:
+        spec: MuJoCo's specification of the robot's text, changed in place.
+        servos: servos by the names of their joints.
+    """
+    import mujoco
+
+    for name, servo in servos.items():
+        joint = spec.joint(name)
+        joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
+        joint.armature = max(joint.armature, servo.armature)
+        actuator = spec.add_actuator(
+            name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, ctrlrange=joint.range
+        )
+        actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_TRUE
+        if not servo.stall_torque:
+            actuator.set_to_motor()
+            actuator.gainprm[0] = 0.0
+            continue
+        # The nominal voltage of 1 is arbitrary, as it cancels out.
+        actuator.set_to_dcmotor(
+            motorconst=[0.0, 0.0],
+            resistance=0.0,
+            nominal=[1.0, servo.stall_torque, servo.no_load_speed],
+            saturation=[servo.stall_torque, 0.0, 0.0],
+            controller=[servo.stiffness, 0.0, servo.damping, 0.0, 0.0, 1.0],
+            ctrlspec=int(mujoco.mjtCtrlInput.mjINPUT_POS),
+        )
+
+
+def set_servos(model: Any, servos: Mapping[str, Servo]) -> None:
+    """Change the servos of a compiled robot, except for latency, as recompiling it would.
+
+    Args:
+        model: `mujoco.MjModel`, changed in place.
+        servos: servos by the names of their joints; servos without force are skipped.
+    """
+    for name, servo in servos.items():
+        if servo.stall_torque:
+            actuator, constant = model.actuator(name).id, 1.0 / servo.no_load_speed
+            model.actuator_gainprm[actuator, :2] = constant / servo.stall_torque, constant
+            model.actuator_gainprm[actuator, [GAIN, BRAKE]] = servo.stiffness, servo.damping
+            model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
+
+
+def _servo_from_text(
+    model: Any,
+    joint: str,
+    weight: float,
+    torque_limit: float | None,
+    speed_limit: float | None,
+    stiffness: float | None,
+) -> Servo:
+    """Return the servo of a joint with the limits and the stiffness in the robot's text."""
+    index = model.joint(joint).id
+    torque = float(model.jnt_actfrcrange[index, 1]) if model.jnt_actfrclimited[index] else 0.0
+    speed = float(model.jnt_user[index, 0]) if model.nuser_jnt else 0.0
+    notes = []
+    if torque_limit is None:
+        assumed = f": {SHARE:g} × weight × reach of the longest leg"
+        notes.append(_assumption("torque", "N m", torque, LIFT * weight, assumed))
+    if speed_limit is None:
+        notes.append(_assumption("speed", "rad/s", speed, FASTEST))
+    limit = min(torque_limit or torque or SHARE * weight, LIFT * weight)
+    given = float(model.jnt_user[index, 1]) if model.nuser_jnt > 1 and stiffness is None else 0.0
+    if given:
+        reduced = _assumption("stiffness", "N m/rad", given, limit / NARROW)
+        notes.insert(0, reduced or f"stiffness {given:.3g} N m/rad")
+        given = min(given, limit / NARROW)
+    servo = _assumed_servo(
+        "model",
+        limit,
+        min(speed_limit or speed or SPEED, FASTEST),
+        weight,
+        "; ".join(filter(None, notes)) or FROM_FILE,
+    )
+    if not given:
+        return servo
+    passive = float(model.dof_damping[model.jnt_dofadr[index]])
+    damping = float(model.jnt_user[index, 2]) if model.nuser_jnt > 2 else 0.0
+    if not damping + passive:
+        damping = DAMPING_TIME * given
+    return replace(servo, stiffness=given, damping=max(damping, STABLE * given - passive))
+
+
+def _assumption(quantity: str, unit: str, given: float, most: float, how: str = "") -> str:
+    """Return why a value differs from the one in the robot's file, or ''."""
+    if not given:
+        return f"{quantity} assumed{how}"
+    if given > most:
+        return f"{quantity} reduced: the file's {given:.3g} {unit} is a placeholder"
+    return ""
+
+
+def _assumed_servo(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:
+    """Return a servo for which only the limits are known."""
+    stiffness = max(torque / BAND, HOLD * weight)
+    damping = max(torque / speed, DAMPING_TIME * stiffness)
+    armature = SPIN_UP * torque / speed
+    return Servo(name, torque, speed, 0.0, stiffness, damping, armature, source)
+
+
+def _reach(model: Any, anatomy: Anatomy) -> float:
+    """Return the largest distance between hip and foot in the standing pose, m."""
+    chains = standing_chains(model, anatomy)
+    return max(math.dist(chain.anchors[0], chain.tip) for chain in chains)

@@ -1,0 +1,105 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings, strategies as st
+from numpy.typing import NDArray
+
+from gaitsim_studies.runtimes import TARGETS, ecdf, spaced_targets, summarise_target
+
+# Three repeats of three generations of ten individuals.
+BEST = np.array([[1.0, 5.0, 5.0], [1.0, 2.0, 3.0], [5.0, 5.0, 5.0]])
+EVALUATIONS = np.array([10, 20, 30])
+
+
+def test_expected_running_time_counts_failures() -> None:
+    found = summarise_target(BEST, EVALUATIONS, 5.0)
+    assert (found.successes, found.repeats) == (2, 3)
+    assert found.ert == (20 + 30 + 10) / 2
+    assert found.rate == pytest.approx(2 / 3)
+    assert np.isnan([found.low, found.high]).all()  # three repeats are too few
+    never = summarise_target(np.tile(BEST, (2, 1)), EVALUATIONS, 6.0)
+    lost = (1 - never.rate_high) / never.rate_high * 30
+    assert (never.ert, never.low, never.high) == (np.inf, pytest.approx(10 + lost), np.inf)
+    always = summarise_target(np.tile(BEST, (2, 1)), EVALUATIONS, 1.0)
+    assert (always.ert, always.low) == (10, 10)
+    lost = (1 - always.rate_low) / always.rate_low * 30  # failures may have been missed
+    assert always.high == pytest.approx(10 + lost)
+
+
+BESTS = st.lists(st.lists(st.integers(0, 5), min_size=4, max_size=4), min_size=1, max_size=9)
+
+RUNS = settings(max_examples=40)
+
+
+@RUNS
+@given(BESTS, st.integers(0, 6))
+def test_ert_agrees_with_the_equation_of_hansen_and_others(
+    scores: list[list[int]], target: int
+) -> None:
+    """ERT = RT_s + (1 − p_s) / p_s RT_us, after Hansen et al. (2021).
+
+    RT_s and RT_us are the mean runtimes of successful and unsuccessful runs; p_s is the share of
+    successful runs.
+    """
+    runs = [np.maximum.accumulate(one).tolist() for one in scores]
+    runtimes = [7 * (1 + next(i for i in range(4) if run[i] >= target))
+                for run in runs if run[-1] >= target]  # fmt: skip
+    share = len(runtimes) / len(runs)
+    expected = np.mean(runtimes) + (1 - share) / share * 28 if runtimes else np.inf
+    best = np.array(runs, dtype=float)
+    found = summarise_target(best, 7 * np.arange(1, 5), target)
+    assert found.ert == pytest.approx(expected)
+    assert not found.low > found.ert
+    assert not found.high < found.ert
+
+
+@pytest.mark.parametrize("p", [0.02, 0.3, 0.6])
+def test_the_interval_of_an_ert_has_its_confidence_level(p: float) -> None:
+    """Runs last at most 5 generations of 1, each of which succeeds with probability p."""
+    last = 5
+    truth = 1 / p  # the number of restarts until success has a geometric distribution
+    draws, covered = np.random.default_rng(3), 0
+    for _ in range(200):
+        runtime = draws.geometric(p, 20)
+        best = (np.arange(1, last + 1) >= runtime[:, None]).astype(float)
+        found = summarise_target(best, np.arange(1, last + 1), 1.0)
+        covered += found.low <= truth <= found.high
+    assert covered >= 185
+
+
+def test_ecdf_and_area_of_a_small_example() -> None:
+    found = ecdf(BEST, EVALUATIONS, 50, np.array([1.0, 2.0, 3.0, 5.0]))
+    # Of 12 pairs: after one generation 1 + 1 + 4, after two 4 + 2 + 4, after three 4 + 3 + 4.
+    assert found.share.tolist() == [6 / 12, 10 / 12, 11 / 12]
+    # Zero for ten evaluations, then three steps, the last one twice as long.
+    assert found.area == pytest.approx((6 + 10 + 11 + 11) / 12 / 5)
+    assert np.isnan([found.low, found.high]).all()  # three repeats are too few
+
+
+@RUNS
+@given(BESTS, st.integers(1, 3))
+def test_the_ecdf_is_the_distribution_of_runtimes(scores: list[list[int]], size: int) -> None:
+    """A step function of evaluations does not depend on how generations are cut."""
+    best = np.maximum.accumulate(np.array(scores, dtype=float), axis=1)
+    targets = np.array([1.0, 3.0, 4.0])
+    coarse = ecdf(best, 6 * np.arange(1, 5), 24, targets)
+    fine: NDArray[np.int64] = (6 // size) * np.arange(1, 4 * size + 1)
+    held = np.repeat(np.pad(best, ((0, 0), (1, 0)), constant_values=-np.inf), size, axis=1)
+    cut = ecdf(held[:, 1 : 4 * size + 1], fine, 24, targets)
+    assert cut.area == pytest.approx(coarse.area)
+    counted = [(best[run] >= aim).argmax() for run in range(len(best)) for aim in targets
+               if best[run, -1] >= aim]  # fmt: skip
+    pairs = len(best) * len(targets)
+    assert coarse.share.tolist() == pytest.approx(
+        [sum(at <= last for at in counted) / pairs for last in range(4)]
+    )
+
+
+def test_targets_lie_between_the_worst_start_and_the_best_end() -> None:
+    other = np.array([[-2.0, 0.0], [0.0, 9.0]])
+    found = spaced_targets([BEST, other])
+    assert (found[0], found[-1], len(found)) == (-1, 9, TARGETS)
+    assert np.diff(found) == pytest.approx(10 / (TARGETS - 1))
+    failed = np.array([[-np.inf, 2.0], [-np.inf, 3.0]])
+    assert spaced_targets([failed])[[0, -1]].tolist() == [2, 3]
+    assert spaced_targets([np.array([[4.0], [4.0]])]).tolist() == [4]
+    assert np.isfinite(spaced_targets([np.array([[-1.7e308, 1.7e308]])])).all()

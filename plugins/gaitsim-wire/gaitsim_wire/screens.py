@@ -1,0 +1,50 @@
+"""What real robots add to the terminal UI: their commands, and the keys of the calibration."""
+
+from gaitsim.screen import GaitScreen, Hidden, Shown, declare
+
+
+def _ask(screen: GaitScreen) -> None:
+    if screen.choice is not None:
+        screen.ask_export(screen.choice, "Robot")
+
+
+ROBOT = Hidden(
+    "drive",
+    "W",
+    "Real robot",
+    "Drive your real robot with this gait, or calibrate it",
+    words="drive real hardware servo wire calibrate port",
+    why="Select a run with a champion.",
+    where="At home, on a live run or in a replay, for a robot:",
+    on="individual",
+    show=_ask,
+)
+
+declare("calibration", [
+    Shown("off", "space", "Off", "Switch the servos off", "do('off')",
+          words="stop emergency torque", priority=True),
+    Shown("accept", "enter", "Accept", "Answer the question, and go to the next one",
+          "do('accept')", words="yes next save"),
+    Hidden("up", "up", "Up", "Turn the joint up by 5°", "do('jog', 5.0)"),
+    Hidden("down", "down", "Down", "Turn the joint down by 5°", "do('jog', -5.0)"),
+    Hidden("up-a-little", "right", "Up a little", "Turn the joint up by 0.5°",
+           "do('jog', 0.5)"),
+    Hidden("down-a-little", "left", "Down a little", "Turn the joint down by 0.5°",
+           "do('jog', -0.5)"),
+    Shown("flip", "d", "Direction", "The servo turns the other way", "do('flip')",
+          words="reverse invert"),
+    Shown("other", "n", "Next id", "Try the next servo for this joint", "do('other')",
+          words="identify servo number"),
+    Shown("keep", "k", "Keep", "Take both ends of the joint from the model", "do('keep')",
+          words="limits ends"),
+    Shown("again", "b,backspace", "Previous", "Return to the question before", "do('back')",
+          words="again undo"),
+    Shown("joint-back", "left_square_bracket", "Joint", "Previous joint", "do('turn_to', -1)"),
+    Shown("joint-on", "right_square_bracket", "Joint", "Next joint", "do('turn_to', 1)"),
+    Shown("check", "c", "Check", "Let the robot stand, and sway each joint a little",
+          words="test sway", why="Some joints are not calibrated yet."),
+    Hidden("view", "v", "View", "From the corner, the side, above, or the front",
+           words="camera side above front"),
+    Hidden("closer", "plus,equals_sign", "Closer", "Zoom in", "zoom(1)"),
+    Hidden("farther", "minus", "Farther", "Zoom out", "zoom(-1)")
+])  # fmt: skip
