@@ -1,5 +1,6 @@
 """`gaitsim runs`: list, find, watch, tag and delete runs."""
 
+import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -11,18 +12,16 @@ from gaitsim.contracts.plugin import option
 from gaitsim.contracts.product import Names
 from gaitsim.errors import GaitsimError
 from gaitsim.registry.entry_points import PYTHON, is_outside
-from gaitsim.render.terminal.text import age, duration, number
+from gaitsim.render.terminal.run_cells import run_cell
 from gaitsim.storage.files.folder import check_root, find_run, holds_run
 from gaitsim.storage.manage import delete_run, trash_run, write_tags
 from gaitsim.storage.overview import Overview, list_overviews
 from gaitsim.storage.query import (
-    TIMES,
     check_keys,
     parse_query,
     sort_runs,
     value_of,
 )
-from gaitsim.toml import shortened
 
 CHOICE, CHANGES = "Choose and arrange runs", "Change runs"
 COLUMNS = ("name", "body", "fitness", "generation", "score", "state")
@@ -195,7 +194,8 @@ class ListRuns(Action):
                 for key, head in heads.items()
                 if any(isinstance(value_of(run, key), int | float) for run in found)
             ]
-            rows = [[_cell(run, key) for key in columns] for run in found]
+            now = time.time()
+            rows = [[run_cell(run, key, now) for key in columns] for run in found]
             print_table(heads.values(), rows, numbers=numeric)
             _print_remarks(found)
 
@@ -254,30 +254,6 @@ def _names(paths: Sequence[Path]) -> str:
     if len(paths) <= MOST_NAMED:
         return ", ".join(map(str, paths))
     return f"{len(paths)} runs ({', '.join(map(str, paths[:3]))}, …)"
-
-
-def _cell(run: Overview, key: str) -> str:
-    if key == "generation":
-        return f"{run.generation}/{run.generations}"
-    return _format(key, value_of(run, key))
-
-
-def _format(key: str, value: Any) -> str:
-    """Return a value of a run for a table."""
-    match value:
-        case None:
-            return ""
-        case bool():
-            return str(value).lower()
-        case float() | int() if key in TIMES:
-            return (age if key == "age" else duration)(value)
-        case float():
-            return number(value, 4)
-        case str():
-            return shortened(value.partition("\n")[0])
-        case tuple():
-            return ", ".join(_format(key, one) for one in value)
-    return str(value)
 
 
 def _print_remarks(found: Sequence[Overview]) -> None:

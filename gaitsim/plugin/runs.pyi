@@ -48,7 +48,7 @@ from gaitsim.storage.compare_runs import (
     RunsReader as RunsReader,
     warning as warning,
 )
-from gaitsim.storage.compatibility import ENGINES as ENGINES, versions as versions
+from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
 from gaitsim.storage.differences import (
     differences as differences,
@@ -110,7 +110,6 @@ __all__ = [
     "CHECKPOINT",
     "COLUMNS",
     "COMMAND_LINE",
-    "ENGINES",
     "EXACT_KEYS",
     "EXPERIMENT",
     "EXPORTS",

@@ -15,7 +15,7 @@ import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache, lru_cache
 from importlib.metadata import Distribution, EntryPoint, distributions
 from keyword import iskeyword
 from pathlib import Path
@@ -224,12 +224,17 @@ def find(kind: str, name: str) -> Entry:
     return claims[0]
 
 
-def install_hint(kind: str, name: str) -> str:
-    """Return how to install the package of gaitsim that provides a name; '' if none does."""
+@cache
+def own_packages() -> Mapping[str, Mapping[str, Sequence[str]]]:
+    """Return what the packages of gaitsim provide: package -> kind -> names."""
     import tomllib
 
-    text = Path(__file__).with_name("packages.toml").read_text(encoding="utf-8")
-    for package, kinds in tomllib.loads(text).items():
+    return tomllib.loads(Path(__file__).with_name("packages.toml").read_text(encoding="utf-8"))
+
+
+def install_hint(kind: str, name: str) -> str:
+    """Return how to install the package of gaitsim that provides a name; '' if none does."""
+    for package, kinds in own_packages().items():
         if name in kinds.get(kind, ()):
             return f"pip install {package} (in a clone of gaitsim: pip install plugins/{package})"
     return ""

@@ -12,13 +12,11 @@ from gaitsim.contracts import Genomes, GenomeSpace, RealSpace
 from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.experiment import Experiment, parse_space, read_outline
 from gaitsim.registry import KINDS, REFLEX, entries, find, plugin_errors
-from gaitsim.registry.entry_points import OUTSIDE
+from gaitsim.registry.entry_points import OUTSIDE, install_hint, own_packages
 from gaitsim.storage.files.checkpoint import Checkpoint, Start
 from gaitsim.storage.files.folder import CHECKPOINT, EXPERIMENT
 from gaitsim.storage.files.safe_pickle import MAX_BYTES
 
-ENGINES = ("mujoco", "pybullet", "pymunk")  # a different version may compute different motions
-LIBRARIES = ("numpy", *ENGINES)
 _installed = cache(version)  # reading it takes a millisecond
 
 
@@ -130,10 +128,10 @@ def check_population(experiment: Experiment, checkpoint: Checkpoint, path: Path)
 def versions(experiment: Experiment) -> dict[str, str]:
     """Return the versions of gaitsim, libraries and the packages of plugins in use, by name."""
     found = {"gaitsim": _installed("gaitsim"), "numpy": np.__version__}
-    for name in ENGINES:
-        if name in sys.modules:
-            own = getattr(sys.modules[name], "__version__", None)  # its package may be renamed
-            found[name] = str(own or _installed(name))
+    engine = experiment.engine  # another version may compute different motions
+    if engine in sys.modules:
+        own = getattr(sys.modules[engine], "__version__", None)  # its package may be renamed
+        found[engine] = str(own or _installed(engine))
     for kind, entry in experiment.entries.items():
         found[f"{kind} {entry.name}"] = entry.source
     with plugin_errors(experiment.entries["organism"], "naming its reflexes"):
@@ -143,6 +141,12 @@ def versions(experiment: Experiment) -> dict[str, str]:
     return found
 
 
+def same_version(then: str, now: str) -> bool:
+    """Return whether versions of a package are equal; gaitsim's packages were once in one."""
+    package, _, version = now.partition(" ")
+    return then in (now, f"gaitsim {version}") if package in own_packages() else then == now
+
+
 def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
     """Return an error for each plugin that is not installed, given the versions of a checkpoint."""
     kinds = (*KINDS, REFLEX)
@@ -150,7 +154,8 @@ def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
     return [
         GaitsimError(
             f"the {key} of this run is not installed; its package is {package}",
-            remedy=f"install it: pip install {'=='.join(package.split())}",
+            remedy=install_hint(*key.split(" ", 1))
+            or f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()
         if key.partition(" ")[0] in kinds and key not in known and package != OUTSIDE

@@ -15,12 +15,12 @@ from gaitsim.evolution.searching import state_mismatch
 from gaitsim.experiment import Experiment, Overrides, Typed
 from gaitsim.registry import options
 from gaitsim.storage.compatibility import (
-    LIBRARIES,
     check_population,
     check_size,
     check_start,
     expected_genomes,
     genome_mismatch,
+    same_version,
     versions,
 )
 from gaitsim.storage.files.checkpoint import Checkpoint, Stage
@@ -219,9 +219,9 @@ def _compare_versions(
     changed = {
         name: f"{name}: {then} then, {now[name]} now"
         for name, then in checkpoint.versions.items()
-        if name in now and now[name] != then
+        if name in now and not same_version(then, now[name])
     }
-    libraries = [changed.pop(name) for name in LIBRARIES if name in changed]
+    libraries = [changed.pop(name) for name in [*changed] if " " not in name and name != "gaitsim"]
     if changed and not any_version:
         raise RunError(
             f"the run {run.path} was evolved with other versions of packages: "

@@ -14,7 +14,7 @@ from textual.types import CSSPathType
 
 from gaitsim.errors import GaitsimError
 from gaitsim.tui.commands import Commands
-from gaitsim.tui.keys import bindings
+from gaitsim.tui.keys import bindings, broken
 from gaitsim.tui.run_ends import RunEnd, RunEnds, desktop_notification, processes_in
 from gaitsim.tui.screens.base import CommandPalette, GaitScreen
 from gaitsim.tui.screens.home import Home
@@ -94,7 +94,9 @@ class GaitsimApp(Shell):
         return super().check_action(action, parameters)
 
     def on_mount(self) -> None:
-        """Watch the background runs."""
+        """Watch the background runs, and show the errors of packages' screens."""
+        for error in broken:
+            self.show_error(error)
         self.set_interval(PERIOD, self._look_for_ends)
 
     @work(group="ends")

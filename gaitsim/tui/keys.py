@@ -13,7 +13,7 @@ from textual.binding import Binding, BindingType
 
 from gaitsim.choices import STEERING_KEYS
 from gaitsim.errors import GaitsimError
-from gaitsim.registry import SCREENS, entries, find
+from gaitsim.registry import SCREENS, contract_error, entries, find
 from gaitsim.registry.loading import load_object
 
 
@@ -36,7 +36,7 @@ class ScreenAction(NamedTuple):
         shown: whether the footer shows it.
         on: what an action of a package applies to: any screen, the individual of a screen, or its
             runs, two or more.
-        show: function that carries out the action of a package on a `GaitScreen`, such as by showing
+        show: function that carries out the action of a package on a `GaitScreen`, such as showing
             another screen.
     """
 
@@ -376,10 +376,7 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("zoom-out", "minus", "Zoom out", "Zoom out on the x axis", "zoom(-1)",
                words="farther smaller"),
         Shown("all", "0", "All", "Show all curves in full", "reset", words="reset zoom whole"),
-        Shown("log", "l", "Log", "Toggle the logarithmic y axis", "log_y",
-              words="logarithmic scale axis"),
-        Hidden("log-below", "L", "Log x", "Toggle the logarithmic x axis", "log_x",
-               words="logarithmic generation axis x"),
+        Shown("log", "l", "Log", "Toggle the logarithmic y axis", words="logarithmic scale axis"),
         Shown("smooth", "m", "Smooth",
               "Medians of 5, 25 or 125 neighbouring points, or no smoothing",
               words="average median noise filter"),
@@ -394,12 +391,7 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Hidden("pan-back", "ctrl+left,less_than_sign", "Pan back", "Move back along the x axis",
                "pan(-0.25)"),
         Hidden("pan-on", "ctrl+right,greater_than_sign", "Pan forward",
-               "Move forward along the x axis", "pan(0.25)"),
-        Hidden("stretch", "up", "Stretch", "Zoom in on the y axis, around the cursor",
-               "stretch(1)"),
-        Hidden("press", "down", "Squeeze", "Zoom out on the y axis", "stretch(-1)"),
-        Hidden("up", "shift+up", "Up", "Move to higher scores", "lift(0.25)"),
-        Hidden("down", "shift+down", "Down", "Move to lower scores", "lift(-0.25)")],
+               "Move forward along the x axis", "pan(0.25)")],
     "scrubber": [
         Hidden("back", "left", "Back", "One step back", "step(-1)"),
         Hidden("on", "right", "Forward", "One step forward", "step(1)"),
@@ -467,21 +459,28 @@ def declare(group: str, actions: Sequence[ScreenAction]) -> None:
 def add_package_actions() -> list[ScreenAction]:
     """Add the actions of packages to all screens, once; return them.
 
-    Those of a package that cannot be loaded are left out; `gaitsim plugins list` reports it.
+    The module of an action is imported before the screens, so it imports `GaitScreen` only for type
+    checkers. An action that cannot be loaded is left out, and the app shows its error.
     """
     if not _of_packages:
         for name in entries(SCREENS):
             try:
                 found = load_object(find(SCREENS, name))
-            except GaitsimError:
+            except GaitsimError as error:
+                broken.append(error)
                 continue
-            if isinstance(found, ScreenAction) and found.show is not None:
+            if not isinstance(found, ScreenAction) or found.show is None:
+                what = f"is not an action with the function `show`, but a {type(found).__name__}"
+                broken.append(contract_error(find(SCREENS, name), what, "gaitsim.screen.Shown(…)"))
+            else:
                 _of_packages.append(found._replace(do=f"on_{found.on}({name!r})", name=name))
         declare("screen", [*ACTIONS["screen"], *(one for one in _of_packages if one.keys)])
     return _of_packages
 
 
 _of_packages: list[ScreenAction] = []
+broken: list[GaitsimError] = []
+"""The errors of packages' actions that could not be added."""
 
 
 def bindings(group: str) -> list[BindingType]:

@@ -126,8 +126,7 @@ class TestPlot:
         st.builds(
             CurveView,
             smooth=st.sampled_from([1, 5, 25]),
-            log_x=st.booleans(),
-            log_y=st.booleans(),
+            log=st.booleans(),
             whole=st.booleans(),
         ),
         st.integers(1, 19),
@@ -272,7 +271,7 @@ class TestExploring:
             await pilot.press("minus")
             assert not shown.view.zoomed
 
-    async def test_the_wheel_zooms_around_the_mouse_and_dragging_pans(self):
+    async def test_the_wheel_zooms_around_the_mouse(self):
         async with show() as (shown, pilot):
             await self.fill(shown, pilot)
             plot = shown.query_one(CurvePlot)
@@ -280,24 +279,12 @@ class TestExploring:
             await pilot._post_mouse_events([MouseScrollUp], plot, offset=(30, 5))
             assert plot.place(30) == pytest.approx(where, abs=2)
             assert shown.view.zoomed
-            before = shown.view
-            await pilot.mouse_down(plot, offset=(30, 5))
-            await pilot.hover(plot, offset=(20, 5))
-            await pilot.mouse_up(plot, offset=(20, 5))
-            assert shown.view.left > before.left
-            await pilot._post_mouse_events([MouseScrollUp], plot, offset=(30, 5), control=True)
-            assert shown.view.bottom is not None
 
-    @pytest.mark.slow
-    async def test_scores_are_stretched_around_the_cursor_and_squeezed_to_show_all(self):
+    async def test_0_also_shows_single_points_far_below_the_others(self):
         async with show() as (shown, pilot):
-            y = np.concatenate([[-1e6], np.linspace(1, 2, 99)])
-            await self.fill(shown, pilot, y)
+            await self.fill(shown, pilot, np.concatenate([[-1e6], np.linspace(1, 2, 99)]))
             assert shown.query_one(CurvePlot).frame.below
-            await pilot.press("end", "up")
-            assert shown.view.bottom <= 2 <= shown.view.top
-            for _ in range(60):
-                await pilot.press("down")
+            await pilot.press("0")
             assert shown.query_one(CurvePlot).frame.y == Scale(-1e6, 2)
             await pilot.press("0")
             assert shown.query_one(CurvePlot).frame.below
@@ -312,36 +299,21 @@ class TestExploring:
             assert "median" not in legend(shown)
             assert shown.query_one(CurvePlot).frame.y.high == 50
 
-    async def test_axes_are_logarithmic_if_all_values_are_positive(self):
+    async def test_the_axis_is_logarithmic_if_all_values_are_positive(self):
         async with show() as (shown, pilot):
             await self.fill(shown, pilot)
-            await pilot.press("l", "L")
-            frame = shown.query_one(CurvePlot).frame
-            assert frame.x.log
-            assert frame.y.log
+            await pilot.press("l")
+            assert shown.query_one(CurvePlot).frame.y.log
             await self.fill(shown, pilot, np.linspace(-1, 1, 100))
             assert "no log scale: values ≤ 0" in legend(shown)
             assert not shown.query_one(CurvePlot).frame.y.log
-
-    async def test_tools_react_to_clicks(self):
-        async with show(size=(70, 14)) as (shown, pilot):
-            await self.fill(shown, pilot)
-            for name, changed in (("smooth", "smooth"), ("log", "log_y"), ("+", "left")):
-                before = getattr(shown.view, changed)
-                await pilot.click(".legend", offset=(legend(shown).rindex(name), 0))
-                await pilot.pause()
-                assert getattr(shown.view, changed) != before
-            await pilot.click(".legend", offset=(legend(shown).rindex("all"), 0))
-            await pilot.pause()
-            assert not shown.view.zoomed
 
 
 def picture_text(shown):
     return "\n".join(strip.text for strip in strips(shown.query_one(Cells)))
 
 
-@pytest.mark.parametrize("size", [(30, 8), (80, 20)])
-def test_looks(size, snap_compare):
+def test_looks(snap_compare):
     async def fill(pilot):
         x = np.arange(1.0, 121)
         best = Series("best", x, 2 - 2 / x)
@@ -350,4 +322,4 @@ def test_looks(size, snap_compare):
         pilot.app.curves.set_series([best, mean], [80])
         await pilot.pause()
 
-    assert snap_compare(Plot(), terminal_size=size, run_before=fill)
+    assert snap_compare(Plot(), terminal_size=(80, 20), run_before=fill)

@@ -40,7 +40,6 @@ pytestmark = [
     pytest.mark.usefixtures("here"),
 ]
 SLOW = "organism.pause=0.01"
-SIZES = [(80, 24), (160, 48)]
 STYLES = {name: Style() for name in [*COLOURS, "dim"]}
 
 
@@ -454,8 +453,7 @@ async def test_all_islands_and_terms_are_visible(make, number):
         assert table.region.bottom <= panel.region.bottom
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_looks(make, size, snap_compare):
+def test_looks(make, snap_compare):
     run = make(12, "evolution.fitness_threshold=0", "fitness.price=0.3")
 
     async def show(pilot):
@@ -469,7 +467,7 @@ def test_looks(make, size, snap_compare):
         await app_until(pilot, lambda: "champion" in text(screen, "#live-champion"))
         await pilot.pause(0.3)  # some of the board's ticks
 
-    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=size, run_before=show)
+    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=(160, 48), run_before=show)
 
 
 async def _written(run):

@@ -1,4 +1,4 @@
-"""Snapshots of the app's screens, small and large, with a fixed clock and fixed runs."""
+"""Snapshots of the app's screens, with a fixed clock and fixed runs."""
 
 import math
 from pathlib import Path
@@ -22,7 +22,7 @@ from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task
 
 NOW = 2e9
-SIZES = [(80, 24), pytest.param((160, 48), marks=pytest.mark.slow)]
+SMALL, LARGE = (80, 24), (160, 48)
 NAMES = ("spider", "spider-walk", "genetic", "tournament", "uniform", "gaussian")
 SPIDER = dict(zip(KINDS, NAMES, strict=True))
 RUNS = [
@@ -110,30 +110,22 @@ async def nothing(pilot):
     pass
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_home(look, size):
-    assert look(size, nothing)
+def test_home(look):
+    assert look(LARGE, nothing)
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_home_with_a_damaged_run(look, size):
+def test_home_with_a_damaged_run(look):
     async def go(pilot):
         await pilot.press("down", "space", "down", "space", "up", "up")
 
-    assert look(size, go)
+    assert look(SMALL, go)
 
 
-def test_home_without_runs(look):
-    assert look((80, 24), nothing, runs=[])
+def test_light_theme(look):
+    assert look(SMALL, nothing, theme="gaitsim-light")
 
 
-@pytest.mark.parametrize("theme", ["gaitsim-light", "gaitsim-okabe-ito"])
-def test_themes(look, theme):
-    assert look((80, 24), nothing, theme=theme)
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_new(look, size, only_puppets, puppet_file):
+def test_new(look, only_puppets, puppet_file):
     async def go(pilot):
         screen = New("./puppet.toml")
         await pilot.app.push_screen(screen)
@@ -145,23 +137,21 @@ def test_new(look, size, only_puppets, puppet_file):
         box.value = "-1"
         await app_until(pilot, lambda: screen.validation is not before)
 
-    assert look(size, go)
+    assert look(LARGE, go)
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_plugins(look, size, only_puppets):
+def test_plugins(look, only_puppets):
     async def go(pilot):
         screen = Plugins()
         await pilot.app.push_screen(screen)
         await app_until(pilot, lambda: screen.catalogue is not None)
         await pilot.press("down", "down")
 
-    assert look(size, go)
+    assert look(SMALL, go)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("size", SIZES)
-def test_export(look, size, monkeypatch):
+def test_export(look, monkeypatch):
     missing = {all_forms()[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
     monkeypatch.setattr(
         "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run: missing
@@ -175,32 +165,31 @@ def test_export(look, size, monkeypatch):
         await pilot.press(*["down"] * channel)
         await app_until(pilot, lambda: len(dialog.query("Field")) > 4)
 
-    assert look(size, go)
+    assert look(SMALL, go)
 
 
 def test_help(look):
     async def go(pilot):
         await pilot.app.push_screen(Help(pilot.app.screen))
 
-    assert look((80, 24), go)
+    assert look(SMALL, go)
 
 
 def test_confirm(look):
     async def go(pilot):
         await pilot.press("down", "down", "d")
 
-    assert look((80, 24), go)
+    assert look(SMALL, go)
 
 
 def test_jump(look):
     async def go(pilot):
         await pilot.press("slash", "ctrl+o")
 
-    assert look((80, 24), go)
+    assert look(SMALL, go)
 
 
-@pytest.mark.parametrize("size", SIZES)
-def test_tasks(look, size):
+def test_tasks(look):
     async def go(pilot):
         pilot.app.tasks.all = [
             Task(("export", "runs/spider"), 0.0, "done", output=["a.mat: 300 frames"], ended=2.0),
@@ -215,4 +204,4 @@ def test_tasks(look, size):
         ]
         await pilot.app.push_screen(TaskList())
 
-    assert look(size, go)
+    assert look(SMALL, go)

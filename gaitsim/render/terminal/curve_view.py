@@ -25,29 +25,26 @@ class CurveView:
     """The visible range of curves and the kind of their axes.
 
     Attributes:
-        left, right, bottom, top: ends of the axes; None extends them to the ends of the curves.
+        left, right: ends of the horizontal axis; None extends it to the ends of the curves.
         smooth: width of the median filter, an odd number of points; 1 disables smoothing.
-        log_x, log_y: whether an axis is logarithmic, provided that its values are positive.
+        log: whether the vertical axis is logarithmic, provided that its values are positive.
         whole: whether the vertical axis includes the few points far below the others.
     """
 
     left: float | None = None
     right: float | None = None
-    bottom: float | None = None
-    top: float | None = None
     smooth: int = 1
-    log_x: bool = False
-    log_y: bool = False
+    log: bool = False
     whole: bool = False
 
     @property
     def zoomed(self) -> bool:
-        """Whether an end of an axis has been set."""
-        return any(end is not None for end in (self.left, self.right, self.bottom, self.top))
+        """Whether an end of the horizontal axis has been set."""
+        return self.left is not None or self.right is not None
 
     def reset(self) -> "CurveView":
-        """Return the view of the whole curves, with the same smoothing and kinds of axes."""
-        return replace(self, left=None, right=None, bottom=None, top=None)
+        """Return the view of the whole curves, with the same smoothing and kind of axis."""
+        return replace(self, left=None, right=None)
 
 
 @dataclass(frozen=True)
@@ -70,9 +67,7 @@ class Scale:
         return (found - low) / (high - low)
 
     def value(self, share: float) -> float:
-        """Return the value at a share of the axis."""
-        if self.log:
-            return float(self.low * (self.high / self.low) ** share)
+        """Return the value at a share of an axis that is not logarithmic."""
         return self.low + share * (self.high - self.low)
 
     def zoomed(self, factor: float, centre: float, whole: "Scale") -> "Scale | None":
@@ -94,7 +89,7 @@ class Scale:
         # A narrower axis would show rounding errors.
         if not ends[1] - ends[0] > 1e-9 * max(map(abs, ends)):
             return self
-        return Scale(*ends, self.log)
+        return Scale(*ends)
 
 
 @dataclass(frozen=True)
@@ -128,24 +123,20 @@ def frame_of(series: Sequence[Series], view: CurveView = CurveView()) -> Frame |
     )
     left = min(float(one.x[at][0]) for one, at in found)
     right = max(float(one.x[at][-1]) for one, at in found)
-    log_x = view.log_x and left > 0
     left = left if view.left is None else view.left
     right = right if view.right is None else view.right
-    across = Scale(left, right if right > left else left + 1.0, log_x)
+    across = Scale(left, right if right > left else left + 1.0)
     seen = y[(x >= across.low) & (x <= across.high)]
     seen = seen if len(seen) else y
     low, top = float(seen.min()), float(seen.max())
     usual = float(np.quantile(seen, MAX_OUTLIERS))
     cut = not view.whole and top - low > (1 + MIN_OUTLIER_DISTANCE) * (top - usual) > 0
-    low, below = (usual, True) if cut and view.bottom is None else (low, False)
+    low = usual if cut else low
     if top - low <= max(1e-9 * max(abs(top), abs(low)), 1e-300):
         # Centre a constant curve on an axis of some height.
         half = 0.1 * abs(top) or 1.0
         low, top = low - half, top + half
-    low = low if view.bottom is None else view.bottom
-    log_y = view.log_y and low > 0
-    top = top if view.top is None else view.top
-    return Frame(across, Scale(low, top if top > low else low + 1.0, log_y), below)
+    return Frame(across, Scale(low, top, view.log and low > 0), bool(cut))
 
 
 def smooth_series(series: Series, window: int) -> Series:

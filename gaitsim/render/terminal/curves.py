@@ -20,7 +20,7 @@ from gaitsim.render.terminal.braille import (
     draw_points,
     empty,
 )
-from gaitsim.render.terminal.curve_view import CurveView, Frame, Scale, frame_of, smooth_series
+from gaitsim.render.terminal.curve_view import CurveView, Frame, frame_of, smooth_series
 from gaitsim.render.ticks import labels, log_ticks, ticks
 
 _LEFT, _RIGHT = (0x40, 0x04, 0x02, 0x01), (0x80, 0x20, 0x10, 0x08)  # bits of dots, lowest first
@@ -115,7 +115,9 @@ def area_of(
     if frame is None or columns < MIN_SIZE[0] or rows < MIN_SIZE[1]:
         return None
     height = rows - (2 if rows >= MIN_LINED_ROWS else 1)
-    numbers = _ticks(frame.y, min(max(height // 2, 3), 6))
+    numbers = (log_ticks if frame.y.log else ticks)(
+        frame.y.low, frame.y.high, min(max(height // 2, 3), 6)
+    )
     words = labels(numbers, alike=not frame.y.log)
     left = max(map(len, words), default=-1) + 2
     if columns - left < MIN_SIZE[0] // 2:
@@ -222,12 +224,6 @@ def _mark(
         inks[row, column] = ink_of(index, count)
 
 
-def _ticks(scale: Scale, most: int, *, whole: bool = False) -> NDArray[np.float64]:
-    if scale.log:
-        return log_ticks(scale.low, scale.high, most)
-    return ticks(scale.low, scale.high, most, whole=whole)
-
-
 @dataclass(frozen=True, eq=False)
 class _Paper:
     """The cells of a picture, on which text is written."""
@@ -251,9 +247,9 @@ def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> N
     end = columns - len(name) - 1 if name and columns - left > 3 * len(name) else columns
     if end < columns:
         paper.write(rows - 1, end + 1, name)
-    at = _ticks(frame.x, max((columns - left) // 10, 2), whole=True)
+    at = ticks(frame.x.low, frame.x.high, max((columns - left) // 10, 2), whole=True)
     free = left - 1
-    for value, word in zip(at, labels(at, alike=not frame.x.log), strict=True):
+    for value, word in zip(at, labels(at), strict=True):
         column = left + int(frame.dots(np.array([value]), None, dots)[0, 0]) // WIDE
         start = max(column - len(word) // 2, free)
         if start + len(word) <= end:

@@ -16,6 +16,8 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal, VerticalScroll
+from textual.content import Content
+from textual.highlight import highlight
 from textual.widgets import Input, OptionList, Static
 from textual.widgets.option_list import Option
 
@@ -30,7 +32,6 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.lists import ChoiceList
-from gaitsim.tui.widgets.toml_view import highlight
 
 TITLES = {kind: kind for kind in PLUGINS} | {
     "organism": "bodies",
@@ -176,7 +177,7 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         if self.catalogue is None:
             return head
         if kind == EXPERIMENTS:
-            return Group(head, preset_view(name, self.catalogue, colours))
+            return Content.from_rich_text(head) + Content("\n") + preset_view(name, self.catalogue)
         return Group(head, plugin_view(kind, name, self.catalogue, colours))
 
     @work
@@ -355,12 +356,11 @@ class OptionTable:
             yield table
 
 
-def preset_view(name: str, catalogue: Catalogue, colours: Mapping[str, str]) -> RenderableType:
+def preset_view(name: str, catalogue: Catalogue) -> Content:
     """Return the description and the file of a preset."""
     preset = next((preset for preset in catalogue.presets if preset.name == name), None)
-    about = Text((visible(preset.description) if preset else "") + "\n")
+    about = Content(f"{visible(preset.description) if preset else ''}\n\n")
     try:
-        text = highlight(read_preset(name), colours["primary"], colours["secondary"])
+        return about + highlight(read_preset(name), language="toml")
     except GaitsimError as error:
-        text = Text(visible_lines(str(error)), style=colours["error"])
-    return Group(about, text)
+        return about + Content.styled(visible_lines(str(error)), "$error")

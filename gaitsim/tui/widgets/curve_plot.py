@@ -39,17 +39,10 @@ class CurvePlot(Cells):
 
     @dataclass
     class Scrolled(Message):
-        """Posted when the wheel turns forwards (1) or backwards (−1); Ctrl or Shift is vertical."""
+        """Posted when the wheel turns forwards (1) or backwards (−1) at an x value."""
 
         x: float
         direction: int
-        vertical: bool
-
-    @dataclass
-    class Dragged(Message):
-        """Posted when the curves are dragged by a share of the x axis."""
-
-        share: float
 
     ALLOW_SELECT = False
     COMPONENT_CLASSES: ClassVar[set[str]] = {
@@ -75,8 +68,6 @@ class CurvePlot(Cells):
         self.x_label, self.message, self.view = x_label, message, view
         self.cursor: float | None = None
         self._smoothed: tuple[tuple[tuple[Series, ...], int], list[Series]] = (((), 0), [])
-        self._held: int | None = None  # column at which the mouse button was pressed
-        self._dragged = False
 
     @property
     def smoothed(self) -> list[Series]:
@@ -131,24 +122,13 @@ class CurvePlot(Cells):
         return None if area is None else area.frame.x.value(area.share(column))
 
     def on_mouse_move(self, event: events.MouseMove) -> None:
-        if self._held is None:
-            self.post_message(self.Pointed(self.place(event.x)))
-        elif event.x != self._held and self.size.width:
-            self.post_message(self.Dragged((self._held - event.x) / self.size.width))
-            self._held, self._dragged = event.x, True
+        self.post_message(self.Pointed(self.place(event.x)))
 
     def on_leave(self) -> None:
         self.post_message(self.Pointed(None))
 
-    def on_mouse_down(self, event: events.MouseDown) -> None:
-        self._held, self._dragged = event.x, False
-        self.capture_mouse()
-
-    def on_mouse_up(self, event: events.MouseUp) -> None:
-        self.release_mouse()
-        if self._held is not None and not self._dragged:
-            self.post_message(self.Pointed(self.place(event.x), clicked=True))
-        self._held = None
+    def on_click(self, event: events.Click) -> None:
+        self.post_message(self.Pointed(self.place(event.x), clicked=True))
 
     def on_mouse_scroll_up(self, event: events.MouseScrollUp) -> None:
         self._scrolled(event, 1)
@@ -161,4 +141,4 @@ class CurvePlot(Cells):
         if x is not None:
             event.stop()
             event.prevent_default()
-            self.post_message(self.Scrolled(x, direction, event.ctrl or event.shift))
+            self.post_message(self.Scrolled(x, direction))

@@ -5,9 +5,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
-from rich.style import Style
 from rich.text import Text
-from textual import events
 from textual.app import ComposeResult
 from textual.widget import Widget
 from textual.widgets import Static
@@ -23,10 +21,6 @@ __all__ = ["CurveView", "Curves", "Series"]
 
 STEP = 1.5  # zoom factor per key press or notch of the wheel
 FEWEST = 4  # minimum visible points of the longest curve
-TOOL = "tool"  # key of a tool's action in the metadata of its style
-TOOLS = (("+", "zoom(1)"), ("−", "zoom(-1)"), ("all", "reset"), ("log", "log_y"),
-         ("smooth", "smooth"))  # fmt: skip
-TOOLS_WIDTH = 60  # minimum columns of a legend with tools
 
 
 class Curves(Widget, can_focus=True):
@@ -95,9 +89,7 @@ class Curves(Widget, can_focus=True):
         if x_label is not None and x_label != plot.x_label:
             plot.x_label, self._cursor, self._hover = x_label, None, None
             plot.view = plot.view.reset()
-        if y_label is not None and y_label != self._y_label:
-            self._y_label = y_label
-            plot.view = replace(plot.view, bottom=None, top=None)
+        self._y_label = self._y_label if y_label is None else y_label
         plot.series, plot.marks = tuple(series), tuple(marks)
         plot.message = plot.message if message is None else message
         self._redraw()
@@ -156,41 +148,23 @@ class Curves(Widget, can_focus=True):
     def action_zoom(self, direction: int) -> None:
         self._zoom(direction, self.cursor)
 
-    def action_stretch(self, direction: int) -> None:
-        frame, whole = self._plot.frame, self._plot.whole_frame
-        if frame is None or whole is None:
-            return
-        centre = 0.5
-        for one in self._plot.smoothed:
-            place = None if self.cursor is None else nearest(one, self.cursor)
-            if place is not None and 0 <= (share := float(frame.y.share(one.y[place]))) <= 1:
-                centre = share
-                break
-        self._show_y(frame.y.zoomed(STEP**direction, centre, whole.y))
-
-    def action_lift(self, share: float) -> None:
-        frame, whole = self._plot.frame, self._plot.whole_frame
-        if frame is not None and whole is not None:
-            self._show_y(frame.y.panned(share, whole.y))
-
     def action_pan(self, share: float) -> None:
         frame, whole = self._plot.frame, self._plot.whole_frame
         if frame is not None and whole is not None:
             self._show_x(frame.x.panned(share, whole.x))
 
     def action_reset(self) -> None:
+        """Show the whole curves, the second time with single points far below the others."""
         self._cursor = self._hover = None
-        self.view = replace(self.view.reset(), whole=self._whole)
+        whole = self._whole or not (self.view.zoomed or self.view.whole)
+        self.view = replace(self.view.reset(), whole=whole)
 
     def action_smooth(self) -> None:
         at = WINDOWS.index(self.view.smooth)
         self.view = replace(self.view, smooth=WINDOWS[(at + 1) % len(WINDOWS)])
 
-    def action_log_y(self) -> None:
-        self.view = replace(self.view, log_y=not self.view.log_y, bottom=None, top=None)
-
-    def action_log_x(self) -> None:
-        self.view = replace(self.view, log_x=not self.view.log_x)
+    def action_log(self) -> None:
+        self.view = replace(self.view, log=not self.view.log)
 
     def action_step(self, steps: int) -> None:
         """Move the cursor by points of the longest curve, starting at its end."""
@@ -237,17 +211,6 @@ class Curves(Widget, can_focus=True):
         left, right = (ends.low, ends.high) if ends else (None, None)
         self.view = replace(self.view, left=left, right=right)
 
-    def _show_y(self, ends: Scale | None) -> None:
-        """Show a range of scores; None shows all, even single ones far below the others."""
-        bottom, top = (ends.low, ends.high) if ends else (None, None)
-        self.view = replace(self.view, bottom=bottom, top=top, whole=self.view.whole or not ends)
-
-    async def on_click(self, event: events.Click) -> None:
-        """Run the action of a clicked tool."""
-        action = event.style.meta.get(TOOL)
-        if action:
-            await self.run_action(action)
-
     def on_curve_plot_pointed(self, event: CurvePlot.Pointed) -> None:
         event.stop()
         x = None if event.x is None else self._nearest_x(event.x)
@@ -260,14 +223,7 @@ class Curves(Widget, can_focus=True):
     def on_curve_plot_scrolled(self, event: CurvePlot.Scrolled) -> None:
         event.stop()
         self._hover = self._nearest_x(event.x)
-        if event.vertical:
-            self.action_stretch(event.direction)
-        else:
-            self._zoom(event.direction, event.x)
-
-    def on_curve_plot_dragged(self, event: CurvePlot.Dragged) -> None:
-        event.stop()
-        self.action_pan(event.share)
+        self._zoom(event.direction, event.x)
 
 
 def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
@@ -280,12 +236,9 @@ def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
         return Text()
     heads = [*([y_label] if y_label else []), *_describe_view(plot)]
     head = [Text(" · ".join(heads), "dim")] if heads else []
-    tools = Text()
-    for name, action in TOOLS if width >= TOOLS_WIDTH else ():
-        tools.append("  ").append(name, Style(underline=True, meta={TOOL: action}))
     names = [plot.sample(index).append(f" {visible(one.name)}")
              for index, one in enumerate(plot.series)]  # fmt: skip
-    rows = _rows([*head, *names], tools, width)
+    rows = _rows([*head, *names], width)
     if plot.cursor is not None:
         place = Text(f"{plot.x_label} {format_number(plot.cursor)}", "bold")
         values = [Text(f" {_value(one, plot.cursor)}", "bold") for one in plot.smoothed]
@@ -294,7 +247,7 @@ def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
                  for index, value in enumerate(values)]  # fmt: skip
         count = len(rows)
         for entries in ([*head, place, *whole], [place, *whole], [place, *marks]):
-            rows = _rows(entries, tools, width)
+            rows = _rows(entries, width)
             if len(rows) <= count and all(row.cell_len <= width for row in rows):
                 break
         rows = [*rows, *[Text()] * (count - len(rows))][:count]
@@ -322,21 +275,15 @@ def _describe_view(plot: CurvePlot) -> Iterator[str]:
         yield f"median of {view.smooth}"
     if view.zoomed:
         yield "zoomed"
-    if frame is not None and view.log_y:
+    if frame is not None and view.log:
         yield "log scale" if frame.y.log else "no log scale: values ≤ 0"
-    if frame is not None and view.log_x:
-        yield f"log {plot.x_label}" if frame.x.log else f"no log {plot.x_label}: values ≤ 0"
 
 
-def _rows(parts: list[Text], tools: Text, width: int) -> list[Text]:
-    """Return the parts in rows, with the tools at the end of the first row."""
+def _rows(parts: list[Text], width: int) -> list[Text]:
+    """Return the parts in rows."""
     rows = [Text()]
     for part in parts:
-        room = width - (tools.cell_len if len(rows) == 1 else 0)
-        if rows[-1] and rows[-1].cell_len + 2 + part.cell_len > room:
+        if rows[-1] and rows[-1].cell_len + 2 + part.cell_len > width:
             rows.append(Text())
         rows[-1].append("  " if rows[-1] else "").append_text(part)
-    if tools:
-        rows[0].truncate(max(width - tools.cell_len, 1), overflow="ellipsis", pad=True)
-        rows[0].append_text(tools)
     return rows

@@ -19,7 +19,8 @@ from textual.strip import Strip
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import KINDS
 from gaitsim.render.terminal.curves import sparkline
-from gaitsim.render.terminal.text import age, duration, number, visible, visible_lines
+from gaitsim.render.terminal.run_cells import run_cell
+from gaitsim.render.terminal.text import duration, number, visible, visible_lines
 from gaitsim.storage.overview import Overview
 from gaitsim.storage.query import sort_runs, value_of
 from gaitsim.tui.formatting import clip, clip_name
@@ -160,7 +161,6 @@ class RunTable(ScrollView, can_focus=True):
         self._runs: Sequence[Overview] = ()
         self._wanted: Sequence[Overview] = ()
         self._now = 0.0
-        self._lines: dict[int, Strip] = {}  # as drawn last
         self._anchor: Path | None = None  # the run that was marked or unmarked last
         self._scales: Mapping[Comparable, Scale] = {}
 
@@ -203,9 +203,7 @@ class RunTable(ScrollView, can_focus=True):
         tagged = any(run.tags for run in self._runs)
         self.columns = layout(self.size.width, self.chosen, tagged=tagged)
         self.virtual_size = Size(self.size.width, len(self.shown) + 1)
-        for y in range(self.size.height):  # unchanged lines are not sent to the terminal again
-            if self._lines.get(y) != self._line(y):
-                self.refresh(Region(0, y, self.size.width, 1))
+        self.refresh()
 
     def cells(self, run: Overview) -> list[Text]:
         """Return the cells of a run, as wide as their columns."""
@@ -213,10 +211,6 @@ class RunTable(ScrollView, can_focus=True):
 
     def render_line(self, y: int) -> Strip:
         """Return a line: the titles, or a row."""
-        self._lines[y] = line = self._line(y)
-        return line
-
-    def _line(self, y: int) -> Strip:
         width = self.size.width
         at = y - 1 + round(self.scroll_offset.y)
         if y == 0:
@@ -261,7 +255,7 @@ class RunTable(ScrollView, can_focus=True):
             case "tag":
                 shown, style = ", ".join(run.tags), INKS["secondary"]
             case _:
-                shown = _text_of(run, name, self._now)
+                shown = run_cell(run, name, self._now)
         return _fit(Text(clip(shown, width), style), width, right=self._right(name))
 
     # The cursor
@@ -426,34 +420,6 @@ def _comparable(run: Overview) -> Comparable:
 def _range(curve: tuple[float, ...]) -> Scale | None:
     finite = [score for score in curve if math.isfinite(score)]
     return (min(finite), max(finite)) if finite else None
-
-
-def _text_of(run: Overview, key: str, now: float) -> str:
-    """Return the value of a key as text; '' without one."""
-    match key:
-        case "generation":
-            return f"{run.generation}/{run.generations}" if run.generations else ""
-        case "age":
-            return age(now - run.changed)
-        case "time":
-            return duration(run.seconds)
-        case "note":
-            return " ".join(run.note.split())
-    value = value_of(run, key)
-    if key == "score" and value is not None:
-        return number(float(value), 4)  # type: ignore[arg-type]
-    match value:
-        case None:
-            return ""
-        case bool():
-            return str(value).lower()
-        case int():
-            return f"{value:,}" if key == "evaluations" else str(value)
-        case float():
-            return f"{value:.4g}".replace("-", "−")
-        case tuple():
-            return ", ".join(map(str, value))
-    return value
 
 
 def _fit(text: Text, width: int, *, right: bool = False) -> Text:

@@ -1,12 +1,10 @@
 """An experiment file, with sections, keys and comments in colour."""
 
-from rich.text import Text
 from textual.app import ComposeResult
 from textual.containers import ScrollableContainer
 from textual.geometry import Region
+from textual.highlight import highlight
 from textual.widgets import Static
-
-from gaitsim.tui.themes import INKS
 
 AROUND = 2  # minimum lines shown above and below the marked one
 
@@ -42,12 +40,11 @@ class TomlView(ScrollableContainer):
         if not self._toml:
             return
         at = line_of(self._toml, key)
-        colours = INKS
-        text = highlight(self._toml, colours["primary"], colours["secondary"])
+        text = highlight(self._toml, language="toml")
         if at is not None:
             start = sum(len(line) + 1 for line in self._toml.splitlines()[:at])
             end = start + len(self._toml.splitlines()[at])
-            text.stylize(f"bold on {colours['primary-muted']}", start, end)
+            text = text.stylize("bold on $primary-muted", start, end)
         self.query_one(Static).update(text)
         self.call_after_refresh(self._scroll_to_line, at or 0)
 
@@ -68,21 +65,3 @@ def line_of(toml: str, key: str) -> int | None:
         elif here == section and line.partition(" = ")[0] == name:
             return number
     return found
-
-
-def highlight(toml: str, section: str, key: str) -> Text:
-    """Return the text with sections and keys in the given colours, and comments dim."""
-    whole = Text(no_wrap=True)
-    for line in toml.splitlines():
-        text = Text(line)
-        name, equals, value = line.partition(" = ")
-        # Simplified: in a value that contains ' # ', the rest is dimmed like a comment.
-        comment = len(line) if line.startswith("#") else value.find(" # ")
-        if line.startswith("["):
-            text.stylize(f"bold {section}")
-        elif equals and not line.startswith("#"):
-            text.stylize(key, 0, len(name))
-        if comment >= 0:
-            text.stylize("dim", 0 if line.startswith("#") else len(name + equals) + comment)
-        whole.append_text(text).append("\n")
-    return whole

@@ -27,7 +27,6 @@ from gaitsim.plugin import (
 from gaitsim.plugin.gait import damage_body
 from gaitsim.plugin.runs import (
     ADAPTATIONS,
-    ENGINES,
     IN_CACHE,
     Evaluator,
     Experiment,
@@ -302,8 +301,6 @@ def cache_key(run: RunSnapshot, measure: str, experiment: Experiment) -> str:
     """
     # The versions are complete only after a gait has been simulated, as that loads the engine.
     known = versions(experiment)
-    if not experiment.organism.dynamic:  # an engine may have been loaded for a different body
-        known = {name: version for name, version in known.items() if name not in ENGINES}
     atlas, body = atlas_checksum(atlas_members(run)), experiment.to_toml()
     parts = (measure, atlas, run.finished.experiment, body, sorted(known.items()))
     return "\n".join(map(str, parts))

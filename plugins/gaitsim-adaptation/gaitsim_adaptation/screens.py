@@ -1,9 +1,14 @@
 """What adaptation adds to the terminal UI: the laboratory, and its keys."""
 
-from gaitsim.screen import GaitScreen, Hidden, Shown, declare
+from typing import TYPE_CHECKING
+
+from gaitsim.screen import Hidden, Shown, declare
+
+if TYPE_CHECKING:
+    from gaitsim.screen import GaitScreen
 
 
-def _show(screen: GaitScreen) -> None:
+def _show(screen: "GaitScreen") -> None:
     from gaitsim_adaptation.laboratory import Laboratory
 
     if screen.choice is not None:

@@ -1,14 +1,19 @@
 """What web pages add to the terminal UI: the gallery and the playground."""
 
-from gaitsim.screen import GaitScreen, Hidden
+from typing import TYPE_CHECKING
+
+from gaitsim.screen import Hidden
+
+if TYPE_CHECKING:
+    from gaitsim.screen import GaitScreen
 
 
-def _write_gallery(screen: GaitScreen) -> None:
+def _write_gallery(screen: "GaitScreen") -> None:
     about = "A card for each run, and a page that plays it. An existing gallery is replaced."
     screen.ask_for_file("Folder of the gallery", about, "site", "gallery", screen.gaitsim.folder)
 
 
-def _write_playground(screen: GaitScreen) -> None:
+def _write_playground(screen: "GaitScreen") -> None:
     about = "One page, for any browser, on which visitors evolve a spider."
     screen.ask_for_file("File of the page", about, "playground.html", "playground")
 

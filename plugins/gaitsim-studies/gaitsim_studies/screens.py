@@ -1,16 +1,21 @@
 """What studies add to the terminal UI: the list of studies and comparisons, and its keys."""
 
-from gaitsim.screen import GaitScreen, Hidden, Shown, declare
+from typing import TYPE_CHECKING
+
+from gaitsim.screen import Hidden, Shown, declare
+
+if TYPE_CHECKING:
+    from gaitsim.screen import GaitScreen
 
 
-def _show(screen: GaitScreen) -> None:
+def _show(screen: "GaitScreen") -> None:
     from gaitsim_studies.studies_screen import Studies
 
     if not isinstance(screen, Studies):
         screen.app.push_screen(Studies())
 
 
-def _ask(screen: GaitScreen) -> None:
+def _ask(screen: "GaitScreen") -> None:
     from gaitsim_studies.studies_screen import ask_comparison
 
     ask_comparison(screen)

@@ -1,9 +1,14 @@
 """What real robots add to the terminal UI: their commands, and the keys of the calibration."""
 
-from gaitsim.screen import GaitScreen, Hidden, Shown, declare
+from typing import TYPE_CHECKING
+
+from gaitsim.screen import Hidden, Shown, declare
+
+if TYPE_CHECKING:
+    from gaitsim.screen import GaitScreen
 
 
-def _ask(screen: GaitScreen) -> None:
+def _ask(screen: "GaitScreen") -> None:
     if screen.choice is not None:
         screen.ask_export(screen.choice, "Robot")
 
