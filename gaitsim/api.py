@@ -47,7 +47,7 @@ from gaitsim.sharing.challenge import (
     verify_challenge,
 )
 from gaitsim.steering import driven
-from gaitsim.storage.background import RunState, last_failure
+from gaitsim.storage.background import last_failure
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.checkpoint import Start
 from gaitsim.storage.files.folder import check_root, find_run
@@ -61,12 +61,12 @@ from gaitsim.storage.manage import (
     write_note,
     write_tags,
 )
-from gaitsim.storage.overview import list_overviews
+from gaitsim.storage.overview import State, list_overviews
 from gaitsim.storage.query import check_keys, parse_query, sort_runs
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import Verdict, verify_run
 from gaitsim.storage.writer import RunWriter
-from gaitsim.verifying import verifier_of, verify_files
+from gaitsim.verifying import find_verifier, verify_files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -337,7 +337,7 @@ def verify(
     """
     if isinstance(subject, str | Path):
         challenge = find_challenge(str(subject))
-        if challenge is None and verifier_of(subject):
+        if challenge is None and find_verifier(subject) is not None:
             return verify_files(str(subject))
         subject = challenge or load(subject)
     if not isinstance(subject, Challenge):
@@ -462,7 +462,7 @@ class Run(ReprMixin):
         return self.snapshot.generation
 
     @property
-    def state(self) -> RunState | None:
+    def state(self) -> State | None:
         """The state in `gaitsim runs`, such as `running`; None if the folder does not exist."""
         found = overview(self.path)
         return found.state if found else None

@@ -1,23 +1,36 @@
-"""Verify runs, and files of packages such as studies and adaptations."""
+"""Verify runs, and what packages store, such as studies: everything is found by its files."""
 
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import VERIFIERS, entries, find
 from gaitsim.registry.loading import load_object
 from gaitsim.storage.files.folder import holds_run
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import Verdict, Verifier, verify_run
+from gaitsim.storage.verification import Verdict, verify_run
 
 
-def verifier_of(subject: str | Path) -> Verifier | None:
-    """Return the verifier of a folder or file of a package; None for a run and for all others."""
+class Verifier(NamedTuple):
+    """How a package verifies what it stores; the object of an entry point `gaitsim.verifier`.
+
+    Attributes:
+        holds: function that returns whether a path holds it.
+        verify: function with a path and the keyword arguments of `verify_files`.
+    """
+
+    holds: Callable[[Path], bool]
+    verify: Callable[..., Verdict]
+
+
+def find_verifier(subject: str | Path) -> Verifier | None:
+    """Return the verifier of a folder or file; None for a run and for all others."""
     path = Path(subject)
     if holds_run(path):
         return None
-    found: list[Verifier] = [load_object(find(VERIFIERS, name)) for name in entries(VERIFIERS)]
-    return next((one for one in found if one.recognises(path)), None)
+    verifiers = (load_object(find(VERIFIERS, name)) for name in entries(VERIFIERS))
+    return next((one for one in verifiers if one.holds(path)), None)
 
 
 def verify_files(
@@ -29,10 +42,10 @@ def verify_files(
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda steps: None,
 ) -> Verdict:
-    """Compute a run, or files of a package such as a study, again, and compare its files.
+    """Compute a run, or what a package stores, again, and compare its files.
 
     Args:
-        subject: name or folder of a run, or a folder or file that a package verifies.
+        subject: name or folder of a run; or folder or file of a package, such as a study.
         atlas: folder or name of the atlas of an adaptation; None for the run that contains it.
         everything: whether to repeat everything; None does so for a quick run, and otherwise
             repeats a random part.
@@ -43,18 +56,27 @@ def verify_files(
     Raises:
         GaitsimError: the subject is none of these, or cannot be verified.
     """
-    verifier = verifier_of(subject)
-    if atlas is not None and (verifier is None or not verifier.of_atlas):
-        raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")
-    if verifier is None:
-        run = RunSnapshot.find(subject)
-        return verify_run(run, everything=everything, workers=workers, begin=begin, advance=advance)
-    more = {"atlas": atlas} if verifier.of_atlas else {}
-    return verifier.verify(
-        Path(subject),
-        everything=bool(everything),
+    found = find_verifier(subject)
+    if found is not None:
+        return found.verify(
+            Path(subject),
+            atlas=atlas,
+            everything=bool(everything),
+            workers=workers,
+            begin=begin,
+            advance=advance,
+        )
+    check_no_atlas(atlas)
+    return verify_run(
+        RunSnapshot.find(subject),
+        everything=everything,
         workers=workers,
         begin=begin,
         advance=advance,
-        **more,
     )
+
+
+def check_no_atlas(atlas: str | None) -> None:
+    """Check that no atlas is given."""
+    if atlas is not None:
+        raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")

@@ -99,10 +99,10 @@ class VerifyResults(Action):
 
     def _verify_files(self) -> bool:
         from gaitsim.storage.files.folder import find_run
-        from gaitsim.verifying import verifier_of, verify_files
+        from gaitsim.verifying import find_verifier, verify_files
 
         path, unit = self.run, "steps"
-        if not verifier_of(path):
+        if find_verifier(path) is None:
             unit = "generations"
             if os.path.isfile(path):  # noqa: PTH113
                 raise GaitsimError(

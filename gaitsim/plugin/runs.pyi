@@ -99,11 +99,11 @@ from gaitsim.storage.snapshot import RunSnapshot as RunSnapshot
 from gaitsim.storage.verification import (
     FileDifference as FileDifference,
     Verdict as Verdict,
-    Verifier as Verifier,
     compare_folders as compare_folders,
     file_results as file_results,
     populations as populations,
 )
+from gaitsim.verifying import Verifier as Verifier, check_no_atlas as check_no_atlas
 
 __all__ = [
     "ADAPTATIONS",
@@ -143,6 +143,7 @@ __all__ = [
     "Which",
     "WorkerLostError",
     "check_links",
+    "check_no_atlas",
     "check_out_folder",
     "check_root",
     "code_of",

@@ -46,10 +46,10 @@ SCREENS = "screen"
 """Commands of the terminal UI: subclasses of `gaitsim.screen.ScreenCommand`."""
 FUNCTIONS = "python"
 """Functions and classes that `import gaitsim as gs` offers as `gs.NAME`."""
-VERIFIERS = "verifier"
-"""Verifiers of files that are not runs; see `gaitsim.storage.verification.Verifier`."""
 ENGINES = "engine"
 """Physics engines of bodies that support several: a module, whose content the body determines."""
+VERIFIERS = "verifier"
+"""How packages verify what they store: `gaitsim.verifying.Verifier`."""
 STEER = "steer"
 """Presets that menus offer for steering."""
 PYTHON = "python:"
@@ -104,9 +104,9 @@ _NOUNS = {
     COMMANDS: "command",
     SCREENS: "screen",
     FUNCTIONS: "function",
-    VERIFIERS: "verifier",
     ENGINES: "physics engine",
     STEER: "steered preset",
+    VERIFIERS: "verifier",
     REFLEX: "reflex",
     "plot": "kind of plot",
     "exporter": "format",
@@ -115,8 +115,17 @@ Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
 _ALL = (
-    *PLUGINS, EXPERIMENTS, STUDIES, FILES, COMMANDS, SCREENS, FUNCTIONS, VERIFIERS, ENGINES, STEER,
-)  # fmt: skip
+    *PLUGINS,
+    EXPERIMENTS,
+    STUDIES,
+    FILES,
+    COMMANDS,
+    SCREENS,
+    FUNCTIONS,
+    ENGINES,
+    STEER,
+    VERIFIERS,
+)
 _GROUPS = {f"gaitsim.{kind}": kind for kind in _ALL}
 
 

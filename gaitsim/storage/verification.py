@@ -156,23 +156,6 @@ class Verdict(ReprMixin):
         }
 
 
-class Verifier(NamedTuple):
-    """How a package verifies its own files; registered by the entry points `gaitsim.verifier`.
-
-    Attributes:
-        kind: what it verifies, such as 'study'.
-        recognises: function that returns whether a path is of this kind; it raises no error.
-        verify: function of the path, and by keyword of `everything`, `workers`, `begin` and
-            `advance`, as those of `verify_run`, and of `atlas`, if `of_atlas`.
-        of_atlas: whether the files belong to an atlas, which `--atlas` names.
-    """
-
-    kind: str
-    recognises: Callable[[Path], bool]
-    verify: Callable[..., Verdict]
-    of_atlas: bool = False
-
-
 def file_results(
     found: Sequence[FileDifference], files: Mapping[str, str], unknown: Mapping[str, str]
 ) -> tuple[FileResult, ...]:

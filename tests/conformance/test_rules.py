@@ -5,9 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 from gaitsim.testing.examine import digest_results, examine
-from gaitsim.testing.rules import bodies
 
 from gaitsim.registry import find
+from gaitsim.testing.rules import bodies
 
 NAMES = {
     "organism": "Body",

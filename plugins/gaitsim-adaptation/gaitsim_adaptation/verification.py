@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from gaitsim.plugin import GaitsimError, RunError, read_regular
 from gaitsim.plugin.runs import (
@@ -64,24 +65,21 @@ OTHER_ATLAS = "it belongs to another atlas, or to an earlier generation of this 
 
 def verify_adaptation(
     file: Path,
+    run: RunSnapshot,
     *,
-    atlas: str | None = None,
-    everything: bool = True,
     workers: int | None = None,
-    begin: Callable[[int], object] = lambda total: None,
+    begin: Callable[[int], None] = lambda total: None,
     advance: OnProgress = lambda done: None,
 ) -> Verdict:
     """Compute the proposals of an adaptation again, and measure its trials in simulation again.
 
     Args:
         file: file of the adaptation.
-        atlas: run of the atlas; None for the run whose folder contains the file.
-        everything: without effect, as all trials are always measured again.
+        run: run of the atlas.
         workers: number of workers that evaluate the atlas; None for a number that suits the body.
         begin: callback with the number of gaits and trials to evaluate.
         advance: callback with the number of them evaluated since the last call.
     """
-    run = _find_atlas(file, atlas)
     session, members = read_session(file), atlas_members(run)
     if session is None:
         raise RunError(f"there is no adaptation {file}")
@@ -140,8 +138,8 @@ def verify_adaptation(
 
 def verify_report(
     folder: Path,
+    run: RunSnapshot,
     *,
-    atlas: str | None = None,
     everything: bool = False,
     workers: int | None = None,
     begin: Callable[[int], object] = lambda total: None,
@@ -151,13 +149,12 @@ def verify_report(
 
     Args:
         folder: folder of the report.
-        atlas: run of the atlas; None for the run whose folder contains the report.
+        run: run of the atlas.
         everything: whether to repeat all cases, rather than `SAMPLES` random ones.
         workers: number of gaits tried at a time; None for the number of cores.
         begin: callback with the number of gaits and cases to evaluate.
         advance: callback with the number of them evaluated since the last call.
     """
-    run = _find_atlas(folder, atlas)
     members = atlas_members(run)
     report = read_report(folder / FILE, len(members.scores))
     if report is None:
@@ -192,18 +189,6 @@ def verify_report(
         file_results(found, files, unknown | _atlas(run)),
         () if finished else (f"the report is not finished: it has no {SUMMARY} to compare",),
     )
-
-
-def _find_atlas(path: Path, atlas: str | None) -> RunSnapshot:
-    """Return the run of an atlas; without its name, the one whose folder contains a file."""
-    folder = path.absolute().parent
-    if atlas is None and (folder.name != ADAPTATIONS or not holds_run(folder.parent)):
-        raise GaitsimError(
-            f"{path} does not say where its atlas is",
-            where="--atlas",
-            remedy="name the run of the atlas, such as --atlas spider-atlas",
-        )
-    return RunSnapshot.find(atlas or os.path.relpath(folder.parent))
 
 
 def _atlas(run: RunSnapshot) -> dict[str, str]:
@@ -309,15 +294,31 @@ def _intact_differences(then: Mapping[int, float], now: Mapping[int, float]) -> 
     return ["the performance of gaits on the intact body differs from that measured again"]
 
 
-OF_ADAPTATION = Verifier(
-    "adaptation",
+def _verify_adaptation(
+    path: Path, *, atlas: str | None, everything: bool, **options: Any
+) -> Verdict:
+    return verify_adaptation(path, RunSnapshot.find(atlas or _atlas_around(path)), **options)
+
+
+def _verify_report(path: Path, *, atlas: str | None, **options: Any) -> Verdict:
+    return verify_report(path, RunSnapshot.find(atlas or _atlas_around(path)), **options)
+
+
+def _atlas_around(path: Path) -> str:
+    """Return the folder of the run whose adaptation is in a file."""
+    folder = path.absolute().parent
+    if folder.name != ADAPTATIONS or not holds_run(folder.parent):
+        raise GaitsimError(
+            f"{path} does not say where its atlas is",
+            where="--atlas",
+            remedy="name the run of the atlas, such as --atlas spider-atlas",
+        )
+    return os.path.relpath(folder.parent)
+
+
+# Unlike pathlib, os.path accepts names that are invalid for files.
+ADAPTATIONS_OF_ATLASES = Verifier(
     lambda path: path.suffix == ".json" and os.path.isfile(path),  # noqa: PTH113
-    verify_adaptation,
-    of_atlas=True,
+    _verify_adaptation,
 )
-OF_REPORT = Verifier(
-    "adaptation report",
-    lambda path: os.path.lexists(path / FILE),
-    verify_report,
-    of_atlas=True,
-)
+REPORTS = Verifier(lambda path: os.path.lexists(path / FILE), _verify_report)

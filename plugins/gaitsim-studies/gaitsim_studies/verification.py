@@ -16,7 +16,7 @@ from importlib.metadata import version
 from itertools import count, islice, takewhile
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import NamedTuple, get_args
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from pydantic_core import to_json
@@ -35,6 +35,7 @@ from gaitsim.plugin.runs import (
     Verdict,
     Verifier,
     check_links,
+    check_no_atlas,
     compare_folders,
     file_results,
 )
@@ -334,13 +335,16 @@ def _read_samples(
     return {label: Sample(one, best[label]) for label, one in experiments.items()}
 
 
-def _is_study(path: Path) -> bool:
-    return os.path.lexists(path / STUDY)
+def _without_atlas(verify: Callable[..., Verdict]) -> Callable[..., Verdict]:
+    def call(path: Path, *, atlas: str | None, **options: Any) -> Verdict:
+        check_no_atlas(atlas)
+        return verify(path, **options)
+
+    return call
 
 
-OF_STUDY = Verifier("study", _is_study, verify_study)
-OF_COMPARISON = Verifier(
-    "comparison",
-    lambda path: os.path.lexists(path / FIRST) and not _is_study(path),
-    verify_comparison,
+# Unlike pathlib, os.path accepts names that are invalid for files.
+STUDIES = Verifier(lambda path: os.path.lexists(path / STUDY), _without_atlas(verify_study))
+COMPARISONS = Verifier(
+    lambda path: os.path.lexists(path / FIRST), _without_atlas(verify_comparison)
 )
