@@ -47,14 +47,12 @@ from gaitsim.storage.accounts import Account as Account, FilesVerdict as FilesVe
 from gaitsim.storage.compare_runs import (
     ComparedRun as ComparedRun,
     RunsReader as RunsReader,
+    differences as differences,
+    scoring_warning as scoring_warning,
     warning as warning,
 )
 from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
-from gaitsim.storage.differences import (
-    differences as differences,
-    scoring_warning as scoring_warning,
-)
 from gaitsim.storage.files.atomic import (
     draft_folder as draft_folder,
     replacing as replacing,
