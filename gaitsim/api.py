@@ -47,7 +47,6 @@ from gaitsim.sharing.challenge import (
     verify_challenge,
 )
 from gaitsim.steering import driven
-from gaitsim.storage.accounts import FilesVerdict
 from gaitsim.storage.background import last_failure
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.checkpoint import Start
@@ -65,9 +64,9 @@ from gaitsim.storage.manage import (
 from gaitsim.storage.overview import State, list_overviews
 from gaitsim.storage.query import check_keys, parse_query, sort_runs
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import Verdict, verify as verify_run
+from gaitsim.storage.verification import Verdict, verify_run
 from gaitsim.storage.writer import RunWriter
-from gaitsim.verifying import files_kind, verify_files
+from gaitsim.verifying import find_verifier, verify_files
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -316,7 +315,7 @@ def export(subject: Shown, path: str | Path, format: str | None = None, **option
 
 def verify(
     subject: "str | Path | Challenge | Individual | Run",
-) -> Verdict | Checked | FilesVerdict:
+) -> Verdict | Checked:
     """Verify a run, an individual, a challenge code, a study, a comparison or an adaptation.
 
     A run's files are compared and its generations reproduced; see `Run.verify`. An individual is
@@ -338,8 +337,8 @@ def verify(
     """
     if isinstance(subject, str | Path):
         challenge = find_challenge(str(subject))
-        if challenge is None and files_kind(Path(subject)):
-            return verify_files(Path(subject))
+        if challenge is None and find_verifier(subject) is not None:
+            return verify_files(str(subject))
         subject = challenge or load(subject)
     if not isinstance(subject, Challenge):
         subject = _opened(subject)
@@ -580,27 +579,25 @@ class Run(ReprMixin):
 
     def verify(
         self,
-        generations: Sequence[int] | None = None,
         *,
         everything: bool | None = None,
         workers: int | None = None,
     ) -> Verdict:
-        """Reproduce generations bit for bit, like `gaitsim verify`.
+        """Compare the files, and evolve the run again, like `gaitsim verify`.
 
         Args:
-            generations: generations to reproduce; None for the whole run or a part of it.
-            everything: whether to reproduce the whole run, up to the first difference; None does so
-                if it took at most a minute.
+            everything: whether to evolve the whole run again, up to the first difference; None does
+                so if it took at most a minute.
             workers: number of parallel workers; None chooses the body's default.
 
         Returns:
             The verdict, whose `identical` says whether all is identical.
 
         Raises:
-            RunError: a generation does not exist, or the run cannot be read.
+            RunError: the run cannot be read.
         """
         check_workers(workers)
-        return verify_run(self.snapshot, generations, everything=everything, workers=workers)
+        return verify_run(self.snapshot, everything=everything, workers=workers)
 
     def share(self) -> str:
         """Return the challenge code of the champion; see `Individual.share`."""

@@ -1,80 +1,82 @@
-"""Verify studies, comparisons and adaptations, found by their files."""
+"""Verify runs, and what packages store, such as studies: everything is found by its files."""
 
-import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from gaitsim.errors import GaitsimError
-from gaitsim.storage.accounts import FilesVerdict
-from gaitsim.storage.files.folder import ADAPTATIONS, holds_run
+from gaitsim.registry import VERIFIERS, entries, find
+from gaitsim.registry.loading import load_object
+from gaitsim.storage.files.folder import holds_run
 from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim.storage.verification import Verdict, verify_run
 
 
-def files_kind(path: Path) -> str:
-    """Return the kind of a folder or file; '' for a run and for all others."""
-    from gaitsim_adaptation.report import FILE
-    from gaitsim_studies.file import STUDY
-    from gaitsim_studies.results import FIRST
+class Verifier(NamedTuple):
+    """How a package verifies what it stores; the object of an entry point `gaitsim.verifier`.
 
+    Attributes:
+        holds: function that returns whether a path holds it.
+        verify: function with a path and the keyword arguments of `verify_files`.
+    """
+
+    holds: Callable[[Path], bool]
+    verify: Callable[..., Verdict]
+
+
+def find_verifier(subject: str | Path) -> Verifier | None:
+    """Return the verifier of a folder or file; None for a run and for all others."""
+    path = Path(subject)
     if holds_run(path):
-        return ""
-    files = {STUDY: "study", FIRST: "comparison", FILE: "adaptation report"}
-    # Unlike pathlib, os.path accepts names that are invalid for files.
-    for name, kind in files.items():
-        if os.path.lexists(path / name):
-            return kind
-    return "adaptation" if path.suffix == ".json" and os.path.isfile(path) else ""  # noqa: PTH113
+        return None
+    verifiers = (load_object(find(VERIFIERS, name)) for name in entries(VERIFIERS))
+    return next((one for one in verifiers if one.holds(path)), None)
 
 
 def verify_files(
-    path: Path,
+    subject: str,
     atlas: str | None = None,
     *,
-    everything: bool = False,
+    everything: bool | None = None,
     workers: int | None = None,
-    begin: Callable[[int], None] = lambda total: None,
-    advance: Callable[[int], None] = lambda steps: None,
-) -> FilesVerdict:
-    """Verify the folder of a study, a comparison or an adaptation report, or an adaptation's file.
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda steps: None,
+) -> Verdict:
+    """Compute a run, or what a package stores, again, and compare its files.
 
     Args:
-        path: the folder or file.
+        subject: name or folder of a run; or folder or file of a package, such as a study.
         atlas: folder or name of the atlas of an adaptation; None for the run that contains it.
-        everything: whether to repeat everything, rather than a part of it.
+        everything: whether to repeat everything; None does so for a quick run, and otherwise
+            repeats a random part.
         workers: number of parallel workers.
         begin: callback with the number of steps.
         advance: callback with the number of steps done since the last call.
 
     Raises:
-        GaitsimError: the path is none of these, or cannot be verified.
+        GaitsimError: the subject is none of these, or cannot be verified.
     """
-    from gaitsim_adaptation.verification import verify_adaptation, verify_report
-    from gaitsim_studies.comparison_verification import verify_comparison
-    from gaitsim_studies.verification import verify_study
-
-    kind = files_kind(path)
-    steps: dict[str, Any] = {"workers": workers, "begin": begin, "advance": advance}
-    if kind in ("study", "comparison"):
-        if atlas is not None:
-            raise GaitsimError(f"a {kind} has no atlas", where="--atlas", remedy="omit it")
-        verify = verify_study if kind == "study" else verify_comparison
-        return verify(path, everything=everything, **steps)
-    if not kind:
-        raise GaitsimError(f"{path} is not a study, a comparison or an adaptation")
-    run = RunSnapshot.find(atlas or _atlas_around(path))
-    if kind == "adaptation":
-        return verify_adaptation(path, run, **steps)
-    return verify_report(path, run, everything=everything, **steps)
-
-
-def _atlas_around(path: Path) -> str:
-    """Return the folder of the run whose adaptation is in a file."""
-    folder = path.absolute().parent
-    if folder.name != ADAPTATIONS or not holds_run(folder.parent):
-        raise GaitsimError(
-            f"{path} does not say where its atlas is",
-            where="--atlas",
-            remedy="name the run of the atlas, such as --atlas spider-atlas",
+    found = find_verifier(subject)
+    if found is not None:
+        return found.verify(
+            Path(subject),
+            atlas=atlas,
+            everything=bool(everything),
+            workers=workers,
+            begin=begin,
+            advance=advance,
         )
-    return os.path.relpath(folder.parent)
+    check_no_atlas(atlas)
+    return verify_run(
+        RunSnapshot.find(subject),
+        everything=everything,
+        workers=workers,
+        begin=begin,
+        advance=advance,
+    )
+
+
+def check_no_atlas(atlas: str | None) -> None:
+    """Check that no atlas is given."""
+    if atlas is not None:
+        raise GaitsimError("only adaptations have an atlas", where="--atlas", remedy="omit it")

@@ -43,7 +43,6 @@ from gaitsim.optimiser import Optimiser as Optimiser
 from gaitsim.sharing.challenge import Challenge as Challenge, code_of as code_of
 from gaitsim.sharing.code import dictionary as dictionary
 from gaitsim.steering import Drive as Drive
-from gaitsim.storage.accounts import Account as Account, FilesVerdict as FilesVerdict
 from gaitsim.storage.compare_runs import (
     ComparedRun as ComparedRun,
     RunsReader as RunsReader,
@@ -95,7 +94,14 @@ from gaitsim.storage.lock import RunLock as RunLock, is_locked as is_locked
 from gaitsim.storage.manage import read_note as read_note, read_tags as read_tags
 from gaitsim.storage.settings import editing as editing
 from gaitsim.storage.snapshot import RunSnapshot as RunSnapshot
-from gaitsim.storage.verification import populations as populations
+from gaitsim.storage.verification import (
+    FileDifference as FileDifference,
+    Verdict as Verdict,
+    compare_folders as compare_folders,
+    file_results as file_results,
+    populations as populations,
+)
+from gaitsim.verifying import Verifier as Verifier, check_no_atlas as check_no_atlas
 
 __all__ = [
     "ADAPTATIONS",
@@ -110,7 +116,6 @@ __all__ = [
     "LARGEST_SCORE",
     "MEAN",
     "SCORES",
-    "Account",
     "Challenge",
     "Choice",
     "ComparedRun",
@@ -118,7 +123,7 @@ __all__ = [
     "Evaluator",
     "Executor",
     "Experiment",
-    "FilesVerdict",
+    "FileDifference",
     "Individual",
     "Member",
     "OnWarning",
@@ -131,13 +136,17 @@ __all__ = [
     "RunLock",
     "RunSnapshot",
     "RunsReader",
+    "Verdict",
+    "Verifier",
     "Which",
     "WorkerLostError",
     "check_links",
+    "check_no_atlas",
     "check_out_folder",
     "check_root",
     "code_of",
     "command",
+    "compare_folders",
     "cores",
     "create_folder",
     "create_out_folder",
@@ -150,6 +159,7 @@ __all__ = [
     "evolve_repeats",
     "exports_folder",
     "figures_of",
+    "file_results",
     "find_individual",
     "find_run",
     "first_problem",

@@ -48,6 +48,8 @@ FUNCTIONS = "python"
 """Functions and classes that `import gaitsim as gs` offers as `gs.NAME`."""
 ENGINES = "engine"
 """Physics engines of bodies that support several: a module, whose content the body determines."""
+VERIFIERS = "verifier"
+"""How packages verify what they store: `gaitsim.verifying.Verifier`."""
 STEER = "steer"
 """Presets that menus offer for steering."""
 PYTHON = "python:"
@@ -104,6 +106,7 @@ _NOUNS = {
     FUNCTIONS: "function",
     ENGINES: "physics engine",
     STEER: "steered preset",
+    VERIFIERS: "verifier",
     REFLEX: "reflex",
     "plot": "kind of plot",
     "exporter": "format",
@@ -111,7 +114,18 @@ _NOUNS = {
 Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
-_ALL = (*PLUGINS, EXPERIMENTS, STUDIES, FILES, COMMANDS, SCREENS, FUNCTIONS, ENGINES, STEER)
+_ALL = (
+    *PLUGINS,
+    EXPERIMENTS,
+    STUDIES,
+    FILES,
+    COMMANDS,
+    SCREENS,
+    FUNCTIONS,
+    ENGINES,
+    STEER,
+    VERIFIERS,
+)
 _GROUPS = {f"gaitsim.{kind}": kind for kind in _ALL}
 
 

@@ -1,29 +1,29 @@
-"""Verify that a run can be reproduced bit for bit: recorded generations are evolved again."""
+"""Verify a run: its files are compared with one another, and its generations evolved again."""
 
-import math
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import groupby
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gaitsim.errors import GaitsimError, RunError
-from gaitsim.evaluation import Evaluation, Evaluator
-from gaitsim.evaluation.scoring import Evaluate
-from gaitsim.evolution import Generation, evolve, island_map, reevaluate
-from gaitsim.experiment import Experiment
-from gaitsim.opening import is_folder
-from gaitsim.repr_mixin import ReprField, ReprMixin
-from gaitsim.storage.accounts import Account
-from gaitsim.storage.consistency import (
-    inconsistencies,
-    population_out_of_bounds,
-    row_differences,
-    wrong_checksums,
+from gaitsim.errors import CheckpointError, GaitsimError, RunError
+from gaitsim.evaluation import Evaluator
+from gaitsim.evolution import (
+    Generation,
+    evolve,
+    island_map,
+    reevaluate,
 )
-from gaitsim.storage.files.checkpoint import Checkpoint
+from gaitsim.experiment import Experiment, read_outline
+from gaitsim.opening import is_folder, read_regular
+from gaitsim.repr_mixin import ReprField, ReprMixin
+from gaitsim.storage.compatibility import out_of_bounds
+from gaitsim.storage.files.checkpoint import KEPT, Champion, Checkpoint
 from gaitsim.storage.files.folder import (
     ADAPTATIONS,
     BESTS,
@@ -41,17 +41,22 @@ from gaitsim.storage.files.folder import (
     kept_file,
     kept_generations,
 )
-from gaitsim.storage.files.history import best_terms
+from gaitsim.storage.files.history import best_terms, island_bests, islands_record, row
+from gaitsim.storage.files.records import (
+    NONE,
+    RECORD,
+    SAVE,
+    chain_checksum,
+    genomes_checksum,
+    scores_checksum,
+)
+from gaitsim.storage.files.tables import line_ends
+from gaitsim.storage.lock import is_locked
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.stages import Change, begin_stage, restore_generation
-
-NewEvaluator = Callable[[Experiment], Evaluator]
-"""Creates the evaluator of an experiment."""
-
-SAMPLES = 10
-"""Number of generations that are evolved again in a part of a run, if their parents are kept."""
+from gaitsim.storage.stages import begin_stage, changes, restore_generation
+from gaitsim.toml import brief
 
 QUICK = 60.0
 """Runs that took at most this long are evolved again as a whole by default, seconds."""
@@ -59,234 +64,519 @@ QUICK = 60.0
 BATCH = 256
 """Number of best individuals that are evaluated together."""
 
+LIMITS = {"target_score": None, "max_evaluations": None, "stagnation": None}
 
-class Reproduced(NamedTuple):
-    """A reproduced generation.
+
+class FileDifference(NamedTuple):
+    """A difference between a file and what it should contain.
 
     Attributes:
-        number: number of the generation.
-        fully: whether the whole generation was reproduced, not only its best individual.
-        differences: its differences from the record.
-        score_difference: distance of the best score from the recorded one.
+        file: name of the file in the folder.
+        what: what is different.
+        generation: generation of the difference; 0 if it belongs to none.
     """
 
-    number: int
-    fully: bool
-    differences: list[str]
-    score_difference: float
+    file: str
+    what: str
+    generation: int = 0
+
+    def __str__(self) -> str:
+        """Return the difference as one line."""
+        place = f"generation {self.generation}: " if self.generation else ""
+        return f"{place}{self.file}: {self.what}"
 
 
-def reproduce_all(run: RunSnapshot, new_evaluator: NewEvaluator) -> Iterator[Reproduced]:
-    """Reproduce the whole run from its experiments, stage by stage."""
-    for generation in _evolve_all(run, run.generation, new_evaluator):
-        yield _reproduced(run, generation)
+class FileResult(NamedTuple):
+    """The result for one file or folder.
+
+    Attributes:
+        file: name of the file or folder.
+        result: whether its content is as computed again.
+        about: how it was compared, or which part of it cannot be known.
+    """
+
+    file: str
+    result: Literal["same", "differs", "cannot be known"]
+    about: str = ""
 
 
-def reproduce_some(
-    run: RunSnapshot,
-    stored: Mapping[int, Checkpoint],
-    full: Sequence[int],
-    best_only: Sequence[int],
-    new_evaluator: NewEvaluator,
-) -> Iterator[Reproduced]:
-    """Evolve some generations again, and evaluate the best individual of others.
+@dataclass(frozen=True, repr=False)
+class Verdict(ReprMixin):
+    """The result of verifying a run, a study, a comparison or an adaptation.
+
+    Attributes:
+        kind: 'run', 'study', 'comparison', 'adaptation' or 'adaptation report'.
+        parts: the parts that can be repeated, and how, such as 'generations evolved'.
+        total: number of these parts.
+        again: numbers of the parts that were repeated.
+        complete: whether everything was repeated, so that nothing can be forged.
+        differences: the differences; () if all is identical.
+        files: the result for each file.
+        notes: limits of the verification and warnings, one sentence each.
+        origins: versions and processors that computed a run; () if not recorded.
+        version_differences: one message for each difference between `origins` and the current
+            versions.
+        portability: class of a run's results and its meaning; see `Experiment.portability`.
+        score_difference: largest distance of a reproduced generation's best score from the
+            recorded one.
+    """
+
+    kind: str
+    parts: str
+    total: int
+    again: tuple[int, ...]
+    complete: bool
+    differences: tuple[FileDifference, ...]
+    files: tuple[FileResult, ...]
+    notes: tuple[str, ...] = ()
+    origins: tuple[Provenance, ...] = ()
+    version_differences: tuple[str, ...] = ()
+    portability: str = ""
+    score_difference: float = 0.0
+
+    @property
+    def identical(self) -> bool:
+        """Whether everything that was compared is identical."""
+        return not self.differences
+
+    def _repr_fields(self) -> Mapping[str, ReprField]:
+        return {
+            "kind": self.kind,
+            "identical": self.identical,
+            "complete": self.complete,
+            "again": len(self.again),
+            "different": str(self.differences[0]) if self.differences else "",
+        }
+
+
+def file_results(
+    found: Sequence[FileDifference], files: Mapping[str, str], unknown: Mapping[str, str]
+) -> tuple[FileResult, ...]:
+    """Return the result for each file: of those with a difference, 'differs'.
 
     Args:
-        run: the run.
-        stored: populations of `stored_populations`.
-        full: generations that `reproducible` returns.
-        best_only: other generations.
-        new_evaluator: function that creates evaluators.
+        found: the differences.
+        files: how each compared file was compared, by name.
+        unknown: files, or why they cannot be known, by name.
     """
-    for parent, group in groupby(full, lambda number: max([0, *(n for n in stored if n < number)])):
-        numbers = [*group]
-        before = restore_generation(stored[parent]) if parent else None
-        for generation in _evolve(run, before, numbers[-1], new_evaluator):
-            if generation.number in numbers:
-                yield _reproduced(run, generation)
-    for stage in run.stages:
-        within = [number for number in best_only if stage.first <= number <= stage.last]
-        if not within:
-            continue
-        worlds = stage.outline.worlds
-        with new_evaluator(run.experiment_at(stage.last)) as evaluator:
-            for _, group in groupby(within, worlds.first_of_draw):
-                same_worlds = [*group]
-                for at in range(0, len(same_worlds), BATCH):
-                    batch = same_worlds[at : at + BATCH]
-                    yield from _reevaluated_bests(run, batch, evaluator.evaluate)
+    listed, changed = {**files, **unknown}, {one.file for one in found}
+    for file in sorted(changed):
+        folder = f"{file.partition('/')[0]}/"
+        if folder in listed:
+            changed.add(folder)
+        else:
+            listed.setdefault(file, "")
+    return tuple(
+        FileResult(
+            name,
+            "differs" if name in changed else "cannot be known" if name in unknown else "same",
+            text,
+        )
+        for name, text in listed.items()
+    )
 
 
-def reproducible(run: RunSnapshot, stored: Mapping[int, Checkpoint]) -> list[int]:
-    """Return the generations that can be evolved again on their own.
+def verify_run(
+    run: RunSnapshot,
+    *,
+    everything: bool | None = None,
+    workers: int | None = None,
+    begin: Callable[[int], object] = lambda total: None,
+    advance: Callable[[int], object] = lambda steps: None,
+) -> Verdict:
+    """Check that a run's files agree, then evolve it again and compare every generation.
 
-    These are the first, the one after each kept population, and those after the previous
-    checkpoint, which are at most half a second of computing.
+    Args:
+        run: run to verify; generations added during the verification are left out.
+        everything: whether to evolve the whole run again, up to the first difference; None does so
+            if it took at most `QUICK`. Otherwise, only the best individual of each generation, the
+            last population and the members of a front or archive are evaluated again.
+        workers: number of parallel workers; None for a number that deliberately differs from the
+            run's default, as the result must not depend on it.
+        begin: callback with the number of generations.
+        advance: callback with the number of generations done since the last call.
     """
-    last = run.previous.generation + 1 if run.previous else run.generation + 1
-    after = {number + 1 for number in stored}
-    return sorted({1, *after, *range(last, run.generation + 1)})
+    last = run.finished.generation
+    _ = run.previous, run.saves  # read and cached now, before the run grows
+    found = [*_file_differences(run)]
+
+    def new_evaluator(experiment: Experiment) -> Evaluator:
+        return Evaluator(experiment, workers or (1 if experiment.organism.threads else 2))
+
+    if everything is None:
+        everything = float(run.history["seconds"].sum()) <= QUICK
+    begin(last)
+    again, farthest = 0, 0.0
+    if everything:
+        for generation in evolve_again(run, last, new_evaluator):
+            again, recorded = generation.number, float(run.bests[generation.number - 1]["score"])
+            score = float(generation.scores[generation.best])
+            farthest = max(farthest, 0.0 if score == recorded else abs(score - recorded))
+            advance(1)
+            if wrong := _generation_differences(run, generation):
+                found += wrong
+                break
+    else:
+        for stage in run.stages:
+            with new_evaluator(run.experiment_at(stage.last)) as evaluator:
+                numbers = range(stage.first, stage.last + 1)
+                for _, group in groupby(numbers, stage.outline.worlds.first_of_draw):
+                    same_worlds = [*group]
+                    for at in range(0, len(same_worlds), BATCH):
+                        batch = same_worlds[at : at + BATCH]
+                        found += _best_differences(run, batch, evaluator)
+                        advance(len(batch))
+                if stage.last == last:
+                    found += _population_differences(run, evaluator)
+    found.sort(key=lambda one: one.generation)
+    origins = read_provenance(run.path)
+    return Verdict(
+        kind="run",
+        parts="generations evolved",
+        total=last,
+        again=tuple(range(1, again + 1)),
+        complete=again == last,
+        differences=tuple(found),
+        files=_results(run, found, again == last),
+        notes=_notes(run, everything=everything),
+        origins=tuple(origins),
+        version_differences=tuple(differences(origins, current_versions(run.experiment_at(last)))),
+        portability=run.portability,
+        score_difference=farthest,
+    )
 
 
-def stored_populations(run: RunSnapshot) -> dict[int, Checkpoint]:
-    """Return the populations from which the run can continue, by generation in order."""
-    found = {}
-    for number in run.kept_populations:
-        with suppress(GaitsimError):  # `consistency` reports it
-            found[number] = run.population(number)
-    if run.previous is not None:
-        found[run.previous.generation] = run.previous
-    return {
-        number: found[number]
-        for number in sorted(found)
-        if not population_out_of_bounds(run, found[number])
+def _notes(run: RunSnapshot, *, everything: bool) -> tuple[str, ...]:
+    notes = [run.warning] if run.warning else []
+    if not everything:
+        notes.append(
+            "only the best individual of each generation and the last population were evaluated "
+            "again; a forger could have changed the rest: --all evolves it again"
+        )
+    return tuple(notes)
+
+
+def _results(
+    run: RunSnapshot, found: Sequence[FileDifference], complete: bool
+) -> tuple[FileResult, ...]:
+    """Return the result for each file of a run."""
+    islands = [ISLANDS] if run.islands.shape[1] > 1 else []
+    previous = [PREVIOUS] if run.previous is not None else []
+    kept = [f"{POPULATIONS}/"] if run.kept_populations else []
+    evolved = dict.fromkeys([HISTORY, *islands, CHECKSUMS, *previous, CHECKPOINT, *kept], "")
+    evolved[HISTORY] = "except for seconds"
+    evolved[f"{CHAMPIONS}/"] = "as the threshold demands"
+    if run.start is not None:
+        evolved[START] = "generation 1 evolved from it"
+    files = {
+        EXPERIMENT: "except for name, description and limits",
+        BESTS: "" if complete else "scores and terms",
+        SAVES: f"agrees with {CHECKPOINT}",
     }
+    unknown = {PROVENANCE: "what it states of the past"}
+    if is_folder(run.path / ADAPTATIONS):
+        unknown[f"{ADAPTATIONS}/"] = "verify each of its files"
+    if complete:
+        return file_results(found, files | evolved, unknown)
+    agrees = dict.fromkeys(evolved, "agrees with the other files, but was not evolved again")
+    return file_results(found, files, agrees | unknown)
 
 
-def _reevaluated_bests(
-    run: RunSnapshot, numbers: Sequence[int], evaluate: Evaluate
-) -> Iterator[Reproduced]:
-    """Evaluate the best individuals of generations of one stage with the same worlds."""
-    genomes, wrong = {}, {}
+# What follows from the files alone
+
+
+def row_of(run: RunSnapshot, generation: int) -> dict[str, float]:
+    """Return a generation's row of the history, by column name."""
+    return {name: float(values[generation - 1]) for name, values in run.history.items()}
+
+
+def expected_chain(run: RunSnapshot, generation: int) -> bytes:
+    """Return the chain checksum of a generation, computed from the files of the run."""
+    records = run.checksums
+    before: bytes = records[generation - 2]["chain"].tobytes() if generation > 1 else NONE
+    parts: bytes = records[generation - 1].tobytes()[: -len(NONE)]
+    best: bytes = run.bests[generation - 1].tobytes()
+    best += islands_record(run.islands[generation - 1])
+    return chain_checksum(before, parts, row_of(run, generation), best)
+
+
+def wrong_checksums(run: RunSnapshot, generation: Generation) -> list[str]:
+    """Return the parts, `genomes` or `scores`, of a generation that differ from their checksums."""
+    record = run.checksums[generation.number - 1 : generation.number]
+    if record.tobytes() in (b"", bytes(RECORD.itemsize)):
+        return []  # lost; reported for its row
+    parts = {
+        "genomes": genomes_checksum(generation.genomes),
+        "scores": scores_checksum(generation.evaluation),
+    }
+    return [part for part, found in parts.items() if record[part].tobytes() != found]
+
+
+def _file_differences(run: RunSnapshot) -> Iterator[FileDifference]:
+    """Yield the differences that follow from the files alone."""
+    for text in run.damaged:
+        named = [name for name in (CHECKPOINT, PREVIOUS) if name in text]
+        yield FileDifference(min(named, key=text.index, default=CHECKPOINT), text)
+    for change in run.pending:
+        now, then = ("not set" if one is None else brief(one) for one in (change.now, change.then))
+        yield FileDifference(
+            EXPERIMENT,
+            f"{change.key} is {now} in the file, {then} in the run: resuming would apply the "
+            f"file's options, starting with generation {run.generation + 1}",
+        )
+    yield from _row_differences(run)
+    if not is_locked(run.path) and not run.warning:
+        yield from _end_differences(run)
+    yield from _checkpoint_differences(run, run.finished, CHECKPOINT)
+    if run.previous is not None:
+        yield from _checkpoint_differences(run, run.previous, PREVIOUS)
+    yield from _kept_differences(run)
+
+
+def _row_differences(run: RunSnapshot) -> Iterator[FileDifference]:
+    """Compare history, bests and islands with each other and with their checksums."""
+    for at, score in enumerate(run.bests["score"].tolist()):
+        number = at + 1
+        found, stage = row_of(run, number), run.stage_at(number).number
+        if found["best"] != score:
+            yield FileDifference(
+                HISTORY, f"best is {found['best']!r}, {score!r} in {BESTS}", number
+            )
+        if run.islands.shape[1] > 1 and (islands := float(run.islands[at].max())) != score:
+            yield FileDifference(ISLANDS, f"best is {islands!r}, {score!r} in {BESTS}", number)
+        if found["stage"] != stage:
+            text = f"stage is {found['stage']:g}, {stage} in {CHECKPOINT}"
+            yield FileDifference(HISTORY, text, number)
+        if number > len(run.checksums):
+            yield FileDifference(CHECKSUMS, "the checksum is missing", number)
+        elif run.checksums[at]["chain"].tobytes() != expected_chain(run, number):
+            text = f"does not fit the row or record of {HISTORY}, {BESTS} or {ISLANDS}"
+            yield FileDifference(CHECKSUMS, text, number)
+
+
+def _end_differences(run: RunSnapshot) -> Iterator[FileDifference]:
+    """Tell records and checkpoints that were put there from those that a killed process left.
+
+    A process that is killed while it saves leaves records of one save after the checkpoint.
+    """
+    last, saves = run.generation, run.saves
+    if len(saves) and (np.diff(saves, prepend=0) <= 0).any():
+        yield FileDifference(SAVES, "its generations do not increase", last)
+    elif last not in saves:
+        yield FileDifference(
+            SAVES, f"lacks generation {last}, although {CHECKPOINT} is of it", last
+        )
+    elif (saves > last).sum() > 1:
+        text = f"of generation {last}, but {saves[-2]} was saved later: an older one was put there"
+        yield FileDifference(CHECKPOINT, text, last)
+    unfinished = max(int(saves[-1]) - last, 0) if len(saves) else 0
+    record = run.bests.dtype.itemsize
+    most = {SAVES: len(saves) * SAVE.itemsize, BESTS: (last + unfinished) * record}
+    most[CHECKSUMS] = (last + unfinished) * RECORD.itemsize
+    for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
+        ends = line_ends(run.path / name, last + unfinished)
+        if len(ends) > last + unfinished:  # otherwise, the last row is not finished
+            most[name] = ends[-1]
+    for name, size in most.items():
+        with suppress(OSError):
+            left = os.stat(run.path / name).st_size - size  # noqa: PTH116
+            if left > 0:
+                text = f"{left:,} bytes at its end belong to no generation"
+                yield FileDifference(name, text, last)
+
+
+def _checkpoint_differences(
+    run: RunSnapshot, checkpoint: Checkpoint, name: str
+) -> Iterator[FileDifference]:
+    """Compare a checkpoint with its checksums and the bounds of its genes."""
+    number = checkpoint.generation
+    for part in wrong_checksums(run, restore_generation(checkpoint)):
+        yield FileDifference(name, f"the {part} do not match {CHECKSUMS}", number)
+    for stage, ours in zip(checkpoint.stages, run.finished.stages, strict=False):
+        if stage != ours:
+            text = f"the stage that ends with generation {stage.generation} differs"
+            yield FileDifference(name, text, number)
+    if outside := out_of_bounds(run.experiment_at(number), checkpoint.genomes, "the population"):
+        yield FileDifference(name, outside, number)
+
+
+def _kept_differences(run: RunSnapshot) -> Iterator[FileDifference]:
+    """Compare the kept champions and populations with the other files."""
+    for subfolder, read in KEPT.items():
+        for number in kept_generations(run.path, subfolder, run.generation):
+            name = kept_file(subfolder, number)
+            try:
+                kept = read(run.path / name)
+            except CheckpointError as error:
+                yield FileDifference(name, error.what, number)
+                continue
+            if kept.generation != number:
+                yield FileDifference(name, f"of generation {kept.generation}", number)
+                continue
+            outline = read_outline(kept.experiment, name)
+            for change in changes(run.stage_at(number).outline, outline):
+                yield FileDifference(name, f"its experiment differs: {change}", number)
+            if not isinstance(kept, Champion):
+                yield from _checkpoint_differences(run, kept, name)
+                continue
+            best = run.bests[number - 1]
+            if not np.array_equal(kept.genome, best["genome"]) or kept.score != best["score"]:
+                yield FileDifference(name, f"its genome or score is not that in {BESTS}", number)
+            if kept.terms != best_terms(run.history, number):
+                yield FileDifference(name, f"its terms are not those in {HISTORY}", number)
+
+
+def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[FileDifference]:
+    """Yield how the row and the best record of a generation differ from the recorded ones."""
+    number = generation.number
+    then, now = row_of(run, number), row(generation)
+    for name in {**then, **now}:
+        one, other = then.get(name, np.nan), float(now.get(name, np.nan))
+        if name != "seconds" and not np.array_equal(one, other, equal_nan=True):
+            yield FileDifference(HISTORY, f"{name} is {one!r}, but {other!r} when computed", number)
+    best, genome = run.bests[number - 1], generation.genomes[generation.best]
+    score = float(generation.scores[generation.best])
+    if best["score"] != score:
+        text = f"the score is {float(best['score'])!r}, but {score!r} when computed"
+        yield FileDifference(BESTS, text, number)
+    for at in np.flatnonzero(best["genome"] != genome)[:1]:
+        one, other = best["genome"][at].item(), genome[at].item()
+        text = f"gene {at + 1} is {one!r}, but {other!r} when computed"
+        yield FileDifference(BESTS, text, number)
+    if run.islands.shape[1] > 1:
+        islands = island_bests(generation, run.islands.shape[1])
+        for at in np.flatnonzero(run.islands[number - 1] != islands)[:1]:
+            yield FileDifference(ISLANDS, f"the best score of island {at + 1} differs", number)
+
+
+# Evolving and evaluating again
+
+
+def evolve_again(
+    run: RunSnapshot, until: int, new_evaluator: Callable[[Experiment], Evaluator]
+) -> Iterator[Generation]:
+    """Evolve a run again from its experiments; yield the generations up to `until`."""
+    last: Generation | None = None
+    for stage in run.stages:
+        end = min(stage.last, until)
+        if stage.first > until:
+            return
+        experiment = run.experiment_at(end)
+        limits = {"generations": end, **LIMITS}  # the only stop condition
+        experiment = replace(experiment, evolution=experiment.evolution.model_copy(update=limits))
+        start = warm_start(run, experiment) if last is None else None
+        with new_evaluator(experiment) as evaluator:
+            if last is not None:
+                progress = begin_stage(
+                    last.progress, experiment.evolution, stage.changes, len(last.genomes)
+                )
+                last = replace(last, progress=progress)
+                if stage.reevaluated:
+                    last = reevaluate(experiment, last, evaluator.evaluate)
+            places = island_map(evaluator)
+            for again in evolve(experiment, evaluator.evaluate, last, start, places):
+                yield again
+                last = again
+
+
+def _generation_differences(run: RunSnapshot, again: Generation) -> list[FileDifference]:
+    """Return how a generation that was evolved again differs from the record.
+
+    Genomes, scores and terms of checkpoints are compared with their checksums, and champions with
+    the records.
+    """
+    number = again.number
+    found = [
+        FileDifference(CHECKSUMS, f"the {part} differ when evolved again", number)
+        for part in wrong_checksums(run, again)
+    ]
+    found += _record_differences(run, again)
+    champion = kept_file(CHAMPIONS, number)
+    if again.is_champion != os.path.lexists(run.path / champion):
+        what = "is missing" if again.is_champion else "did not beat the threshold"
+        found.append(FileDifference(champion, what, number))
+    stored: dict[str, Checkpoint | None] = {CHECKPOINT: run.finished, PREVIOUS: run.previous}
+    if number in run.kept_populations:
+        with suppress(GaitsimError):  # reported already
+            stored[kept_file(POPULATIONS, number)] = run.population(number)
+    for name, one in stored.items():
+        if one is not None and one.generation == number:
+            then = restore_generation(one)
+            wrong = _different_arrays(then.evaluation.values, again.evaluation.values)
+            wrong += _different_arrays(then.state, again.state)
+            progress = vars(again.progress)
+            wrong += [
+                part for part, value in vars(then.progress).items() if value != progress[part]
+            ]
+            if any(
+                again.evaluation.reasons.get(at) != why
+                for at, why in then.evaluation.reasons.items()
+            ):
+                wrong.append("reason of failure")
+            found += [
+                FileDifference(name, f"its {part.replace('_', ' ')} differs", number)
+                for part in wrong
+            ]
+    return found
+
+
+def _different_arrays(
+    then: Mapping[str, NDArray[Any]], now: Mapping[str, NDArray[Any]]
+) -> list[str]:
+    """Return the names of the arrays that differ, or that only one of two mappings has."""
+    return [
+        name
+        for name in sorted({*then, *now})
+        if name not in then
+        or name not in now
+        or then[name].dtype != now[name].dtype
+        or not np.array_equal(then[name], now[name], equal_nan=True)
+    ]
+
+
+def _best_differences(
+    run: RunSnapshot, numbers: Sequence[int], evaluator: Evaluator
+) -> Iterator[FileDifference]:
+    """Evaluate the best individuals of generations with the same worlds."""
+    genomes = {}
     for number in numbers:
         try:
             genomes[number] = run.best_genome(number)
         except RunError as error:
-            wrong[number] = error.what
-    again = evaluate(np.stack([*genomes.values()]), numbers[0]) if genomes else None
-    for number in numbers:
-        if again is None or number in wrong:
-            yield Reproduced(number, False, [wrong[number]], 0.0)
-            continue
-        at = [*genomes].index(number)
-        kept = best_terms(run.history, number)
-        then = {"score": float(run.bests[number - 1]["score"])}
-        then |= {f"term {name}": value for name, value in kept.items()}
-        now = {"score": float(again.scores[at])}
-        now |= {f"term {name}": float(values[at]) for name, values in again.terms.items()}
-        found = [
-            f"the {what} of its best individual is {then.get(what)!r}, but {value!r} when "
-            "reproduced"
-            for what, value in now.items()
-            if not math.isnan(value) and then.get(what) != value
-        ]
-        if number == run.generation:
-            population = evaluate(run.finished.genomes, number)
-            found += _score_differences(run.finished, CHECKPOINT, population)
-            found += _member_differences(run, evaluate)
-        yield Reproduced(number, False, found, _score_distance(run, number, now["score"]))
+            yield FileDifference(BESTS, error.what, number)
+    if not genomes:
+        return
+    again = evaluator.evaluate(np.stack([*genomes.values()]), numbers[0])
+    for at, number in enumerate(genomes):
+        then = {"score": float(run.bests[number - 1]["score"]), **best_terms(run.history, number)}
+        now = {name: float(values[at]) for name, values in again.terms.items()}
+        for name, value in {**now, "score": float(again.scores[at])}.items():
+            if not np.isnan(value) and then.get(name) != value:
+                text = f"the {name} is {then.get(name)!r}, but {value!r} when evaluated again"
+                yield FileDifference(BESTS, text, number)
 
 
-def _member_differences(run: RunSnapshot, evaluate: Evaluate) -> list[str]:
-    """Evaluate the members of the front or archive again; return their differences."""
+def _population_differences(run: RunSnapshot, evaluator: Evaluator) -> Iterator[FileDifference]:
+    """Evaluate the last population, and the members of a front or archive."""
+    last, number = run.finished, run.generation
+    if not out_of_bounds(run.experiment_at(number), last.genomes, "the population"):
+        again = evaluator.evaluate(last.genomes, number)
+        for at in np.flatnonzero(last.scores != again.scores)[:1]:
+            then, now = float(last.scores[at]), float(again.scores[at])
+            text = f"the score of individual {at} is {then!r}, but {now!r} when evaluated again"
+            yield FileDifference(CHECKPOINT, text, number)
+        for name in _different_arrays(
+            {**last.terms, **last.values}, {**again.terms, **again.values}
+        ):
+            yield FileDifference(CHECKPOINT, f"the term or value {name} differs", number)
     members = run.members
-    if members is None or not len(members.scores):
-        return []
-    again = evaluate(members.genomes, run.generation)
-    found = {**again.terms, **again.values, "score": again.scores}
-    return [
-        f"{CHECKPOINT}: the {name} of member {wrong[0] + 1} is {float(values[wrong[0]])!r}, but "
-        f"{float(found[name][wrong[0]])!r} when reproduced"
-        for name, values in {**members.values, "score": members.scores}.items()
-        if name in found and len(wrong := np.flatnonzero(values != found[name]))
-    ]
-
-
-def _evolve_all(run: RunSnapshot, until: int, new_evaluator: NewEvaluator) -> Iterator[Generation]:
-    """Yield the generations from the first up to `until`."""
-    last: Generation | None = None
-    for stage in run.stages:
-        if stage.first <= until:
-            for generation in _evolve(run, last, min(stage.last, until), new_evaluator):
-                yield generation
-                last = generation
-
-
-def _evolve(
-    run: RunSnapshot, last: Generation | None, until: int, new_evaluator: NewEvaluator
-) -> Iterator[Generation]:
-    """Yield the generations after `last` up to `until`, all of one stage."""
-    stage = run.stage_at(until)
-    experiment = _endless(run.experiment_at(until), until)
-    start = warm_start(run, experiment) if last is None else None
-    with new_evaluator(experiment) as evaluator:
-        if last is not None and last.number < stage.first:
-            progress = begin_stage(
-                last.progress, experiment.evolution, stage.changes, len(last.genomes)
-            )
-            last = replace(last, progress=progress)
-            if stage.reevaluated:
-                last = reevaluate(experiment, last, evaluator.evaluate)
-        yield from evolve(experiment, evaluator.evaluate, last, start, island_map(evaluator))
-
-
-def _endless(experiment: Experiment, generations: int) -> Experiment:
-    """Return the experiment with the number of generations as its only stop condition."""
-    never = {"target_score": None, "max_evaluations": None, "stagnation": None}
-    evolution = experiment.evolution.model_copy(update={"generations": generations, **never})
-    return replace(experiment, evolution=evolution)
-
-
-def _reproduced(run: RunSnapshot, again: Generation) -> Reproduced:
-    """Return how a fully reproduced generation differs from the record.
-
-    Champions are left out, as `consistency` compares them with the record.
-    """
-    found = [
-        f"the reproduced {part} do not match {CHECKSUMS}" for part in wrong_checksums(run, again)
-    ] + row_differences(run, again, "when reproduced")
-    stored = [(run.finished, CHECKPOINT), (run.previous, PREVIOUS)]
-    if again.number in run.kept_populations:
-        with suppress(GaitsimError):  # `consistency` reports it
-            name = kept_file(POPULATIONS, again.number)
-            stored.append((run.population(again.number), name))
-    for checkpoint, name in stored:
-        if checkpoint is not None and checkpoint.generation == again.number:
-            found += _checkpoint_differences(checkpoint, name, again)
-    score = float(again.scores[again.best])
-    return Reproduced(again.number, True, found, _score_distance(run, again.number, score))
-
-
-def _score_distance(run: RunSnapshot, number: int, score: float) -> float:
-    """Return the distance of a generation's best score from the recorded one; 0 if both failed."""
-    recorded = float(run.bests[number - 1]["score"])
-    return 0.0 if recorded == score else abs(recorded - score)
-
-
-def _checkpoint_differences(checkpoint: Checkpoint, name: str, again: Generation) -> list[str]:
-    found = []
-    if checkpoint.genomes.shape != again.genomes.shape:
-        found.append(f"{name}: the population has a different size")
-    else:
-        individuals, genes = np.nonzero(checkpoint.genomes != again.genomes)
-        if len(genes):
-            found.append(f"{name}: gene {genes[0] + 1} of individual {individuals[0]} differs")
-        found += _score_differences(checkpoint, name, again.evaluation)
-    for array in sorted({*again.state, *checkpoint.state}):
-        then, now = (one.get(array, np.empty(0)) for one in (checkpoint.state, again.state))
-        if then.dtype != now.dtype or not np.array_equal(then, now, equal_nan=True):
-            found.append(f"{name}: the search's {array} differs")
-    return found
-
-
-def _score_differences(checkpoint: Checkpoint, name: str, again: Evaluation) -> list[str]:
-    found = []
-    wrong = np.flatnonzero(checkpoint.scores != again.scores)
-    if len(wrong):
-        then, now = float(checkpoint.scores[wrong[0]]), float(again.scores[wrong[0]])
-        found.append(
-            f"{name}: the score of individual {wrong[0]} is {then!r}, but {now!r} when reproduced"
-        )
-    parts = ("term", checkpoint.terms, again.terms), ("value", checkpoint.values, again.values)
-    for part, recorded, reproduced in parts:
-        for key in sorted({*recorded, *reproduced}):
-            values = recorded.get(key, np.empty(0))
-            if not np.array_equal(values, reproduced.get(key, np.empty(0)), equal_nan=True):
-                found.append(f"{name}: the {part} {key} differs")
-    for index, reason in checkpoint.reasons.items():
-        if again.reasons.get(int(index)) != reason:
-            found.append(f"{name}: the reason of failure of individual {index} differs")
-    return found
+    if members is not None and len(members.scores):
+        again = evaluator.evaluate(members.genomes, number)
+        computed = {**again.terms, **again.values, "score": again.scores}
+        recorded = {**members.values, "score": members.scores}
+        common = {name: values for name, values in recorded.items() if name in computed}
+        for name in _different_arrays(common, {name: computed[name] for name in common}):
+            yield FileDifference(CHECKPOINT, f"the {name} of the members differs", number)
 
 
 def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Generation]:
@@ -306,7 +596,7 @@ def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Genera
     found = (
         (restore_generation(run.population(number)) for number in wanted)
         if kept
-        else _evolve_all(run, wanted[-1], Evaluator)
+        else evolve_again(run, wanted[-1], Evaluator)
     )
     for generation in found:
         if wrong := wrong_checksums(run, generation):
@@ -323,186 +613,19 @@ def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Genera
             yield generation
 
 
-@dataclass(frozen=True, repr=False)
-class Verdict(ReprMixin):
-    """The result of verifying a run.
-
-    Attributes:
-        last: last generation of the run.
-        reproduced: generations that were fully reproduced.
-        best_only: generations whose best individual was re-evaluated.
-        differences: differences from the record, by generation in order; {} if all is identical.
-        warning: warning about the files of the run, or ''.
-        damaged: one message for each checkpoint that cannot be read.
-        edited: options of `experiment.toml` that differ from those of the last generation, except
-            for those that only affect when the search stops.
-        origins: versions and processors that computed the run; () if not recorded.
-        version_differences: one message for each difference between `origins` and the current
-            versions.
-        portability: class of the results and its meaning; see `Experiment.portability`.
-        score_difference: largest distance of a reproduced generation's best score from the
-            recorded one.
-        accounts: comparisons of each file.
-    """
-
-    last: int
-    reproduced: tuple[int, ...]
-    best_only: tuple[int, ...]
-    differences: Mapping[int, Sequence[str]]
-    warning: str
-    damaged: tuple[str, ...]
-    edited: tuple[Change, ...]
-    origins: tuple[Provenance, ...]
-    version_differences: tuple[str, ...]
-    portability: str
-    score_difference: float
-    accounts: tuple[Account, ...]
-
-    @property
-    def identical(self) -> bool:
-        """Whether all that was compared is identical, and no checkpoint is invalid."""
-        return not (self.differences or self.damaged or self.edited)
-
-    @property
-    def complete(self) -> bool:
-        """Whether every generation was reproduced in full, so that none can be forged."""
-        return len(self.reproduced) == self.last
-
-    @property
-    def not_reproduced(self) -> tuple[tuple[int, int], ...]:
-        """The first and last generation of each span in which only the files were checked."""
-        done = sorted({*self.reproduced, *self.best_only})
-        gaps = zip([0, *done], [*done, self.last + 1], strict=True)
-        return tuple((before + 1, after - 1) for before, after in gaps if after - before > 1)
-
-    def _repr_fields(self) -> Mapping[str, ReprField]:
-        return {
-            "identical": self.identical,
-            "generations": self.last,
-            "reproduced": len(self.reproduced),
-            "best_only": len(self.best_only),
-            "different": len(self.differences) or "",
-            "damaged": "; ".join(self.damaged),
-        }
-
-
-def verify(
-    run: RunSnapshot,
-    generations: Sequence[int] | None = None,
-    *,
-    everything: bool | None = None,
-    workers: int | None = None,
-    begin: Callable[[int], None] = lambda total: None,
-    advance: Callable[[], None] = lambda: None,
-) -> Verdict:
-    """Check that a run's files are consistent, then reproduce generations and compare them.
+def compare_folders(here: Path, there: Path) -> list[FileDifference]:
+    """Compare the files in a folder that was computed again with those of the original.
 
     Args:
-        run: run to verify; generations added during the verification are left out.
-        generations: generations to reproduce, of which those whose parents are not kept by their
-            best individual only; None for the whole run or a part of it.
-        everything: whether to evolve the whole run again, up to the first difference; None does so
-            if it took at most `QUICK`. A part has `SAMPLES` generations whose parents are kept, and
-            the best individuals of all others.
-        workers: number of parallel workers; None for a number that deliberately differs from the
-            run's default, as the result must not depend on it.
-        begin: callback with the number of generations to reproduce.
-        advance: callback after each generation.
+        here: the original, which is not trusted.
+        there: the folder that was computed again.
     """
-    last = run.finished.generation
-    _ = run.previous, run.saves  # read and cached now, before the run grows
-    for number in (min(generations), max(generations)) if generations else ():
-        if not 1 <= number <= last:
-            raise RunError(
-                f"the run {run.path} has no generation {number}",
-                where="--generations",
-                allowed=f"1 to {last}",
-            )
-    found = inconsistencies(run)
-
-    def new_evaluator(experiment: Experiment) -> Evaluator:
-        # Not the run's default number of workers, as the result must not depend on it.
-        return Evaluator(experiment, workers or (1 if experiment.organism.threads else 2))
-
-    if everything is None:
-        everything = not generations and float(run.history["seconds"].sum()) <= QUICK
-    if everything:
-        begin(last)
-        results = reproduce_all(run, new_evaluator)
-    else:
-        stored = stored_populations(run)
-        able = reproducible(run, stored)
-        if generations:
-            asked = sorted({*generations})
-            full = [number for number in asked if number in able]
-        else:
-            asked = [*range(1, last + 1)]
-            full = sorted({*able[:: max(len(able) // SAMPLES, 1)], 1, last} & {*able})
-        begin(len(asked))
-        others = sorted({*asked} - {*full})
-        results = reproduce_some(run, stored, full, others, new_evaluator)
-    reproduced: dict[bool, list[int]] = {True: [], False: []}
-    farthest = 0.0
-    for again in results:
-        reproduced[again.fully].append(again.number)
-        farthest = max(farthest, again.score_difference)
-        advance()
-        if again.differences:
-            found.setdefault(again.number, []).extend(again.differences)
-            if everything:
-                break
-    origins = read_provenance(run.path)
-    return Verdict(
-        last=last,
-        reproduced=tuple(reproduced[True]),
-        best_only=tuple(reproduced[False]),
-        differences=dict(sorted(found.items())),
-        warning=run.warning,
-        damaged=run.damaged,
-        edited=run.pending,
-        origins=tuple(origins),
-        version_differences=tuple(differences(origins, current_versions(run.experiment_at(last)))),
-        portability=run.portability,
-        score_difference=farthest,
-        accounts=_accounts(run, reproduced[True], reproduced[False]),
-    )
-
-
-def _accounts(
-    run: RunSnapshot, full: Sequence[int], best_only: Sequence[int]
-) -> tuple[Account, ...]:
-    """Return the comparisons of each file of a run, given the reproduced generations."""
-    last, again = run.generation, "evolved again"
-    consistent = "compared with history, bests and checksums"
-    done = f"{len(full):,} of {last:,} generations {again}"
-    evaluated = f"{len(full) + len(best_only):,} of {last:,} evaluated again"
-    populations = {PREVIOUS: run.previous, CHECKPOINT: run.finished}
-    champions, kept = (
-        kept_generations(run.path, folder, last) for folder in (CHAMPIONS, POPULATIONS)
-    )
-    rows = [
-        Account(EXPERIMENT, "compared with the last generation", "name, description and limits"),
-        *(
-            Account(name, f"generation {one.generation} {again}")
-            if one.generation in full
-            else Account(name, consistent, "the state of the search")
-            for name, one in populations.items()
-            if one is not None
-        ),
-        Account(HISTORY, done, "seconds" if len(full) == last else "the other rows; seconds"),
-        Account(BESTS, evaluated),
-        Account(CHECKSUMS, f"all {last:,} computed again from the files"),
-        Account(SAVES, f"compared with {CHECKPOINT}", "whether the run was once longer"),
-        Account(f"{CHAMPIONS}/", f"{len(champions):,}, as the threshold demands; {consistent}"),
-    ]
-    if run.islands.shape[1] > 1:
-        rows.insert(-3, Account(ISLANDS, done))
-    if kept:
-        also = sum(number in full for number in kept)
-        rows.append(Account(f"{POPULATIONS}/", f"{also:,} of {len(kept):,} {again}; {consistent}"))
-    if run.start is not None:
-        rows.append(Account(START, f"generation 1 {again} from it" if 1 in full else "not used"))
-    if is_folder(run.path / ADAPTATIONS):
-        rows.append(Account(f"{ADAPTATIONS}/", "not compared", "trials: verify each of its files"))
-    rows.append(Account(PROVENANCE, "compared with this machine", "what it states of the past"))
-    return tuple(rows)
+    found = []
+    for file in sorted(path for path in there.rglob("*") if path.is_file()):
+        name, data = file.relative_to(there).as_posix(), file.read_bytes()
+        try:
+            if read_regular(here / name, len(data)) != data:
+                found.append(FileDifference(name, "differs when computed again"))
+        except OSError as error:
+            found.append(FileDifference(name, f"cannot be compared: {error.strerror}"))
+    return found

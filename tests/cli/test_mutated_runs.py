@@ -14,7 +14,7 @@ from gaitsim.storage.files import safe_pickle
 COMMANDS = (
     "show RUN",
     "show RUN --json",
-    "verify RUN --generations 1,3 --workers 1",
+    "verify RUN --all --workers 1",
     "verify RUN --json --workers 1",
     "differences RUN RUN --by seconds",
     "differences RUN --json",

@@ -182,7 +182,7 @@ def test_kept_populations_are_not_evolved_again(gaitsim, finished, tmp_path, mon
     gaitsim("run", "puppet.toml", *arguments)
     run = gs.load("kept")
     run.export(tmp_path / "again.npz", "motion", population="1,2,4,5")
-    monkeypatch.setattr("gaitsim.storage.verification._evolve", None)
+    monkeypatch.setattr("gaitsim.storage.verification.evolve_again", None)
     run.export(tmp_path / "kept.npz", "motion", population="2,4,5")
     again, kept = load(tmp_path / "again.npz"), load(tmp_path / "kept.npz")
     assert set(kept["generation"]) == {2, 4, 5}

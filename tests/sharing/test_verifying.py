@@ -85,7 +85,7 @@ def test_damaged_codes_and_options_of_runs_end_with_2(gaitsim, code, tmp_path):
     (tmp_path / "code.txt").write_text(code[:-1])
     found = json.loads(gaitsim("verify", "code.txt", "--json", code=2).stdout)
     assert (found["identical"], "is damaged" in found["error"]["what"]) == (None, True)
-    assert "no generations" in gaitsim("verify", code, "--all", code=2).stderr
+    assert "has no parts" in gaitsim("verify", code, "--all", code=2).stderr
     (tmp_path / "note.txt").write_text("hello")
     assert "note.txt" in gaitsim("verify", "note.txt", code=2).stderr
 

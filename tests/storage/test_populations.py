@@ -11,7 +11,7 @@ from gaitsim.storage.creation import create_run, fork_run
 from gaitsim.storage.files.checkpoint import pack, read_checkpoint
 from gaitsim.storage.files.folder import POPULATIONS, kept_file, kept_generations
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import populations, verify
+from gaitsim.storage.verification import populations, verify_run
 
 pytestmark = pytest.mark.usefixtures("here")
 
@@ -40,7 +40,7 @@ def test_later_populations_are_dropped_when_a_run_resumes(kept):
     assert 9 not in fork_populations(kept.path)
     continue_run(kept.path, generations=9)
     assert read_checkpoint(late).generation == 9
-    assert verify(RunSnapshot(kept.path), workers=1).identical
+    assert verify_run(RunSnapshot(kept.path), workers=1).identical
 
 
 def fork_populations(path):
@@ -51,8 +51,9 @@ def test_a_kept_population_is_compared(kept):
     file = kept.path / kept_file(POPULATIONS, 6)
     population = read_checkpoint(file)
     file.write_bytes(pack(replace(population, genomes=population.genomes + 1e-9)))
-    what = verify(kept, workers=1).differences[6][0]
-    assert "the genomes in populations/" in what
+    found = verify_run(kept, workers=1).differences[0]
+    assert (found.file, found.generation) == (kept_file(POPULATIONS, 6), 6)
+    assert "the genomes do not match" in found.what
     with pytest.raises(RunError, match="differs from the record in populations: its genomes"):
         next(populations(kept, [6]))
     file.unlink()
@@ -60,6 +61,6 @@ def test_a_kept_population_is_compared(kept):
     assert np.array_equal(again.genomes, population.genomes)
     file.write_bytes(pack(population))
     (kept.path / kept_file(POPULATIONS, 3)).write_bytes(file.read_bytes())
-    assert "of generation 6" in verify(kept, workers=1).differences[3][0]
+    assert "of generation 6" in verify_run(kept, workers=1).differences[0].what
     with pytest.raises(RunError, match="does not belong to the run"):
         kept.population(3)

@@ -24,7 +24,7 @@ from gaitsim.storage.files.folder import CHECKPOINT
 from gaitsim.storage.overview import list_overviews
 from gaitsim.storage.resume import plan_resume
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import verify
+from gaitsim.storage.verification import verify_run
 from gaitsim.storage.writer import RunWriter
 
 NEEDED = {
@@ -84,8 +84,8 @@ def test_a_run_in_steps_is_identical_to_a_run_in_one_go(searching, tmp_path):
     for generations in (2, 3, 5, 9):
         evolved(experiment, steps, generations)
     assert RunSnapshot(steps).fingerprint() == whole.fingerprint()
-    assert verify(whole, everything=True).identical
-    assert verify(whole, [1, 4, 9]).identical
+    assert verify_run(whole, everything=True).identical
+    assert verify_run(whole, everything=False).identical
     # Generations 7 to 9 have the same worlds, as has all that the search remembers.
     assert whole.first_comparable == 7
     kept = experiment.search.remembered(whole.finished.state)
@@ -122,7 +122,7 @@ def test_a_changed_state_is_found_and_a_damaged_one_rejected(searching, tmp_path
             path / CHECKPOINT, replace(checkpoint, state={**checkpoint.state, name: other})
         )
         with suppress(GaitsimError):  # such a state may be rejected, too
-            assert not verify(RunSnapshot(path), everything=True).identical, name
+            assert not verify_run(RunSnapshot(path), everything=True).identical, name
     if checkpoint.state:
         write_checkpoint(path / CHECKPOINT, replace(checkpoint, state={}))
         with pytest.raises(RunError, match="cannot continue from the state"):
@@ -201,7 +201,7 @@ def test_convergence_ends_a_run_and_other_options_continue_it(puppet, tmp_path):
     assert 10 < run.generation < 40
     assert "'cma-es' has converged: the range" in run.stop_reason
     assert [one.state for one in list_overviews(tmp_path, lambda path: None)] == ["finished"]
-    assert verify(run, everything=True).identical
+    assert verify_run(run, everything=True).identical
     assert RunSnapshot(evolved(None, path, 50)).generation == run.generation
 
     with RunWriter.open(path, overrides={"search.restarts": "ipop"}) as writer:
@@ -209,4 +209,4 @@ def test_convergence_ends_a_run_and_other_options_continue_it(puppet, tmp_path):
     assert last.number == 50
     assert last.figures["restarts"] >= 1
     assert RunSnapshot(path).stop_reason == "50 generations are done"
-    assert verify(RunSnapshot(path), everything=True).identical
+    assert verify_run(RunSnapshot(path), everything=True).identical

@@ -34,9 +34,9 @@ class Verify(GaitScreen):
     """
 
     HELP_TEXT = """
-A part of a run, a study or a comparison is repeated from its own options, or all trials of an
-adaptation, and compared with the files bit by bit. **All** repeats everything, a run until the
-first difference, which can take as long as it took at first.
+A quick run is evolved again from its own options and compared with its files bit by bit. Of a long
+run, and of studies, comparisons and adaptations, a part is repeated. **All** repeats everything, a
+run until the first difference, which can take as long as it took at first.
 
 Verification continues in the background when you leave the screen; return to see the result.
 """

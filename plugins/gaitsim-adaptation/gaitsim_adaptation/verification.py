@@ -1,14 +1,26 @@
 """Verify adaptations: trials follow from the atlas, the settings and the measured values."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import os
+import secrets
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
-import numpy as np
-
-from gaitsim.plugin import RunError, read_regular
-from gaitsim.plugin.runs import CHECKPOINT, Account, FilesVerdict, RunSnapshot, command, cores
+from gaitsim.plugin import GaitsimError, RunError, read_regular
+from gaitsim.plugin.runs import (
+    ADAPTATIONS,
+    CHECKPOINT,
+    FileDifference,
+    RunSnapshot,
+    Verdict,
+    Verifier,
+    command,
+    cores,
+    file_results,
+    holds_run,
+)
 from gaitsim_adaptation.adaptation import check_gaits, read_record
 from gaitsim_adaptation.champion import find_reference
 from gaitsim_adaptation.prior import (
@@ -25,7 +37,6 @@ from gaitsim_adaptation.report import (
     SUMMARY,
     TRIALS,
     AdaptationReport,
-    Case,
     complete_report,
     figure_names,
     leg_losses,
@@ -37,7 +48,6 @@ from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import (
     Proposal,
     Trial,
-    ending,
     fit,
     individual_of,
     measure_intact,
@@ -47,7 +57,7 @@ from gaitsim_adaptation.trials import (
 )
 
 SAMPLES = 10
-"""Number of cases of a report whose trials are measured again by default."""
+"""Number of cases of a report that are repeated by default."""
 
 LARGEST = 100_000_000  # bytes of a table or summary
 OTHER_ATLAS = "it belongs to another atlas, or to an earlier generation of this one"
@@ -60,7 +70,7 @@ def verify_adaptation(
     workers: int | None = None,
     begin: Callable[[int], None] = lambda total: None,
     advance: OnProgress = lambda done: None,
-) -> FilesVerdict:
+) -> Verdict:
     """Compute the proposals of an adaptation again, and measure its trials in simulation again.
 
     Args:
@@ -75,6 +85,8 @@ def verify_adaptation(
         raise RunError(f"there is no adaptation {file}")
     trials, physics = record.trials, record.place == "physics"
     simulated = record.place != "robot"
+    cache = intact_file(run.path, record.measure)
+    cached: list[str] = []
     found, again = [OTHER_ATLAS], False
     if record.atlas == atlas_checksum(members):
         check_gaits(file, record, run.experiment_at(run.generation), len(members.scores))
@@ -85,7 +97,8 @@ def verify_adaptation(
         prior = read_prior(
             run, record.measure, known, cached=False, workers=workers, on_progress=advance
         )
-        found, again = intact_differences(run, prior, known), simulated
+        cached = intact_differences(run, prior, known)
+        found, again = [], simulated
         if physics:
             robot = simulated_robot(prior.experiment, (), record.measure, physics=True)
             with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
@@ -105,24 +118,24 @@ def verify_adaptation(
                     found.append(_wrong_measurement(one.number, one.values, measured))
                 advance(1)
     count = len(trials)
-    rows = [
-        Account(
-            file.name,
-            f"{count} proposals computed again" + ", and measured" * simulated,
-            "whether there were more trials" + "; the results of the robot" * (not simulated),
-        )
-    ]
-    cache = intact_file(run.path, record.measure)
+    differences = [FileDifference(file.name, text) for text in found]
+    differences += [FileDifference(cache.name, text) for text in cached]
+    files, unknown = {}, _atlas(run)
+    if again:
+        files[file.name] = "except for deleted last trials"
+    else:
+        until = "up to the first correction" if any(one.revised for one in trials) else "all"
+        unknown[file.name] = f"the results of the robot; proposals computed again: {until}"
     if cache.exists():
-        rows.append(Account(cache.name, "all gaits of the atlas evaluated again"))
-    return FilesVerdict(
+        files[cache.name] = "all gaits of the atlas evaluated again"
+    return Verdict(
         "adaptation",
         "trials measured",
         count,
         tuple(range(1, count + 1)) if again else (),
         again,
-        tuple(found),
-        (*rows, _account_of_atlas(run)),
+        tuple(differences),
+        file_results(differences, files, unknown),
     )
 
 
@@ -132,15 +145,15 @@ def verify_report(
     *,
     everything: bool = False,
     workers: int | None = None,
-    begin: Callable[[int], None] = lambda total: None,
+    begin: Callable[[int], object] = lambda total: None,
     advance: OnProgress = lambda done: None,
-) -> FilesVerdict:
-    """Compute the proposals and the tables of a report again, and measure its cases again.
+) -> Verdict:
+    """Repeat cases of a report, and compute its tables again.
 
     Args:
         folder: folder of the report.
         run: run of the atlas.
-        everything: whether to measure all cases again, rather than `SAMPLES`.
+        everything: whether to repeat all cases, rather than `SAMPLES` random ones.
         workers: number of gaits tried at a time; None for the number of cores.
         begin: callback with the number of gaits and cases to evaluate.
         advance: callback with the number of them evaluated since the last call.
@@ -149,52 +162,41 @@ def verify_report(
     report = read_report(folder / FILE, len(members.scores))
     if report is None:
         raise RunError(f"there is no report {folder / FILE}")
-    number = len(report.cases)
-    count = number if everything else min(SAMPLES, number)
-    chosen = np.linspace(0, max(number - 1, 0), count).round().astype(int).tolist()
-    found, finished = [OTHER_ATLAS], (folder / SUMMARY).exists()
+    number, finished = len(report.cases), (folder / SUMMARY).exists()
+    chosen: list[int] = []
+    found = [FileDifference(FILE, OTHER_ATLAS)]
     if report.atlas == atlas_checksum(members):
-        begin(len(members.scores) + len(report.intact) + len(chosen))
+        count = number if everything else min(SAMPLES, number)
+        chosen = sorted(secrets.SystemRandom().sample(range(number), count))
+        begin(len(members.scores) + len(report.intact) + count)
         prior = read_prior(run, report.measure, cached=False, workers=workers, on_progress=advance)
-        found = _wrong_cases(run, prior, report, chosen, workers, advance)
+        wrong = _wrong_cases(run, prior, report, chosen, workers, advance)
+        found = [FileDifference(FILE, text) for text in wrong]
         if finished and not found:
-            found = _wrong_files(folder, prior, report)
-    else:
-        chosen = []
+            found += _wrong_files(folder, prior, report)
     rest = number - len(chosen)
-    unknown = [f"the measured values of {rest} cases"] if rest else []
+    about = f"{len(chosen)} of {number} cases repeated"
     if report.reference and report.reference.run:
-        unknown.append(f"how far the champion of {report.reference.run} walks")
-    rows = [
-        Account(
-            FILE,
-            f"all proposals computed again; {len(chosen)} of {number} cases measured again",
-            "; ".join(unknown),
-        )
-    ]
+        about += f"; how far the champion of {report.reference.run} walks cannot be known"
+    files, unknown = ({}, {FILE: about}) if rest else ({FILE: about}, {})
     if finished:
-        rows += [
-            Account(f"{TRIALS}, {SUMMARY}", f"computed again from {FILE}", "name of the atlas"),
-            Account(", ".join(figure_names(report)), "not compared", f"whether they show {TRIALS}"),
-        ]
-    return FilesVerdict(
+        files |= dict.fromkeys([TRIALS, SUMMARY], f"computed again from {FILE}")
+        unknown |= dict.fromkeys(figure_names(report), f"whether it shows {TRIALS}")
+    return Verdict(
         "adaptation report",
         "cases measured",
         number,
         tuple(at + 1 for at in chosen),
         finished and not rest,
         tuple(found),
-        (*rows, _account_of_atlas(run)),
+        file_results(found, files, unknown | _atlas(run)),
         () if finished else (f"the report is not finished: it has no {SUMMARY} to compare",),
     )
 
 
-def _account_of_atlas(run: RunSnapshot) -> Account:
-    return Account(
-        f"{run.path.resolve().name}/{CHECKPOINT}",
-        "compared with the checksum of the atlas",
-        f"how it evolved: {command('verify', run.path)}",
-    )
+def _atlas(run: RunSnapshot) -> dict[str, str]:
+    how = f"how the atlas evolved: {command('verify', run.path)}"
+    return {f"{run.path.resolve().name}/{CHECKPOINT}": how}
 
 
 def _wrong_cases(
@@ -205,12 +207,12 @@ def _wrong_cases(
     workers: int | None,
     advance: OnProgress,
 ) -> list[str]:
-    """Return the differences of a report's cases, of which the chosen ones are measured again."""
-    cases, every = report.cases, leg_losses(prior.experiment, pairs=True)
-    damages = [case.damage for case in cases]
+    """Return the differences of a report whose chosen cases are repeated."""
+    damages = [case.damage for case in report.cases]
+    every = leg_losses(prior.experiment, pairs=True)
     if len({*damages}) < len(damages) or not {*damages} <= {*every}:
         return ["a case is there twice, or is not the loss of one or two legs"]
-    if not all(fit(prior.experiment, case.trials) for case in cases):
+    if not all(fit(prior.experiment, case.trials) for case in report.cases):
         return ["a changed gait does not fit the body"]
     steps = [0]
 
@@ -235,46 +237,31 @@ def _wrong_cases(
             found.append("the champion from which the atlas began performs differently")
     if report.unit != prior.unit:
         found.append(f"the unit is {prior.unit!r}, not {report.unit!r}")
-    if report.place == "physics":
-        prior = transfer_map(prior, report.intact)
-    measured = {case.damage: case for case in again.cases}
-    once = replace(report.settings, repeats=0)
-    for case in cases:
-        parts = [case.trials[:at] for at in range(len(case.trials) + 1)]
-        wrong = []
-        for before, trial in zip(parts, case.trials, strict=False):
-            wrong += _wrong_proposal(prior, before, once, trial)
-        ended = [bool(ending(prior, part, once)) for part in parts]
-        if ended != [False] * len(case.trials) + [True]:
-            wrong.append("trials are missing, or follow the end")
-        if not wrong and measured.get(case.damage, case) != case:
-            wrong = [*_wrong_measurements(case, measured[case.damage])]
-        found += [f"{case.name}: {text}" for text in wrong]
+    repeated = {case.damage: case for case in again.cases}
+    for case in report.cases:
+        if repeated.get(case.damage, case) != case:
+            found.append(f"the case {case.name} differs when repeated")
     return found
 
 
-def _wrong_measurements(case: Case, again: Case) -> Iterator[str]:
-    """Yield the differences of the measured values of a case."""
-    for then, now in zip(case.trials, again.trials, strict=False):
-        if then != now:
-            yield _wrong_measurement(then.number, then.values, now.measured)
-    if case.random != again.random:
-        yield "the results of the random gaits differ"
-
-
-def _wrong_files(folder: Path, prior: Prior, report: AdaptationReport) -> list[str]:
+def _wrong_files(folder: Path, prior: Prior, report: AdaptationReport) -> list[FileDifference]:
     """Return the tables of a finished report that do not follow from it."""
     text, table = _read(folder / SUMMARY), _read(folder / TRIALS)
     name = text.partition("\n")[0].removeprefix("# ").removesuffix(": adaptation to damage")
     known = {case.damage: case for case in report.cases}
+    found = []
     for pairs in (False, True):  # a report may have been repeated without its pairs
         damages = leg_losses(prior.experiment, pairs=pairs)
         if {*damages} <= {*known}:
             part = replace(report, cases=tuple(known[damage] for damage in damages))
-            written = summary(part, name, figure_names(part)), trials_table(part)
-            if written == (text, table):
+            right = {SUMMARY: summary(part, name, figure_names(part)), TRIALS: trials_table(part)}
+            there = {SUMMARY: text, TRIALS: table}
+            if right == there:
                 return []
-    return [f"{TRIALS} or {SUMMARY} does not follow from {FILE}"]
+            found = [file for file in right if right[file] != there[file]]
+    return [
+        FileDifference(file, f"does not follow from {FILE}") for file in found or [SUMMARY, TRIALS]
+    ]
 
 
 def _read(file: Path) -> str:
@@ -308,3 +295,33 @@ def _intact_differences(then: Mapping[int, float], now: Mapping[int, float]) -> 
     if then == now:
         return []
     return ["the performance of gaits on the intact body differs from that measured again"]
+
+
+def _verify_adaptation(
+    path: Path, *, atlas: str | None, everything: bool, **options: Any
+) -> Verdict:
+    return verify_adaptation(path, RunSnapshot.find(atlas or _atlas_around(path)), **options)
+
+
+def _verify_report(path: Path, *, atlas: str | None, **options: Any) -> Verdict:
+    return verify_report(path, RunSnapshot.find(atlas or _atlas_around(path)), **options)
+
+
+def _atlas_around(path: Path) -> str:
+    """Return the folder of the run whose adaptation is in a file."""
+    folder = path.absolute().parent
+    if folder.name != ADAPTATIONS or not holds_run(folder.parent):
+        raise GaitsimError(
+            f"{path} does not say where its atlas is",
+            where="--atlas",
+            remedy="name the run of the atlas, such as --atlas spider-atlas",
+        )
+    return os.path.relpath(folder.parent)
+
+
+# Unlike pathlib, os.path accepts names that are invalid for files.
+ADAPTATIONS_OF_ATLASES = Verifier(
+    lambda path: path.suffix == ".json" and os.path.isfile(path),  # noqa: PTH113
+    _verify_adaptation,
+)
+REPORTS = Verifier(lambda path: os.path.lexists(path / FILE), _verify_report)

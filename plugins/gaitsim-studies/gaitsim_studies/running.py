@@ -157,7 +157,7 @@ def complete_repeats(
     best: Best,
     *,
     workers: int | None = None,
-    on_generation: Callable[[int], None] = lambda repeats: None,
+    on_generation: Callable[[int], object] = lambda repeats: None,
     on_warning: OnWarning = lambda text: None,
     cluster: Executor | None = None,
 ) -> None:
