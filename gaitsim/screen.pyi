@@ -2,33 +2,28 @@
 
 from gaitsim.tui.app import GaitsimApp as GaitsimApp
 from gaitsim.tui.builder import Option as Option
-from gaitsim.tui.config import config_path as config_path
-from gaitsim.tui.config import read_config as read_config
-from gaitsim.tui.formatting import clip as clip
-from gaitsim.tui.formatting import clip_name as clip_name
-from gaitsim.tui.keys import bindings as bindings
-from gaitsim.tui.keys import declare as declare
-from gaitsim.tui.keys import Hidden as Hidden
-from gaitsim.tui.keys import Shown as Shown
+from gaitsim.tui.config import config_path as config_path, read_config as read_config
+from gaitsim.tui.formatting import clip as clip, clip_name as clip_name
+from gaitsim.tui.keys import (
+    Hidden as Hidden,
+    Shown as Shown,
+    bindings as bindings,
+    declare as declare,
+)
 from gaitsim.tui.opener import copy_paths as copy_paths
-from gaitsim.tui.products import CommandForm as CommandForm
-from gaitsim.tui.products import default as default
-from gaitsim.tui.screens.base import Dialog as Dialog
-from gaitsim.tui.screens.base import GaitScreen as GaitScreen
-from gaitsim.tui.screens.base import RunChoice as RunChoice
-from gaitsim.tui.screens.questions import Ask as Ask
-from gaitsim.tui.screens.questions import Confirm as Confirm
+from gaitsim.tui.products import CommandForm as CommandForm, default as default
+from gaitsim.tui.screens.base import (
+    Dialog as Dialog,
+    GaitScreen as GaitScreen,
+    RunChoice as RunChoice,
+)
+from gaitsim.tui.screens.questions import Ask as Ask, Confirm as Confirm
 from gaitsim.tui.screens.replay_loading import options_of as options_of
-from gaitsim.tui.screens.tasks import BAR as BAR
-from gaitsim.tui.screens.tasks import progress_bar as progress_bar
-from gaitsim.tui.tasks import Task as Task
-from gaitsim.tui.tasks import TaskChanged as TaskChanged
-from gaitsim.tui.themes import check_theme as check_theme
-from gaitsim.tui.themes import INKS as INKS
+from gaitsim.tui.screens.tasks import BAR as BAR, progress_bar as progress_bar
+from gaitsim.tui.tasks import Task as Task, TaskChanged as TaskChanged
+from gaitsim.tui.themes import INKS as INKS, check_theme as check_theme
 from gaitsim.tui.widgets.canvas import BodyCanvas as BodyCanvas
-from gaitsim.tui.widgets.cells import Cells as Cells
-from gaitsim.tui.widgets.cells import Picture as Picture
+from gaitsim.tui.widgets.cells import Cells as Cells, Picture as Picture
 from gaitsim.tui.widgets.form import Field as Field
-from gaitsim.tui.widgets.lists import FileTable as FileTable
-from gaitsim.tui.widgets.lists import OpenTable as OpenTable
+from gaitsim.tui.widgets.lists import FileTable as FileTable, OpenTable as OpenTable
 from gaitsim.tui.widgets.member_plot import ArchiveMap as ArchiveMap

@@ -1,111 +1,126 @@
 """What plugins are made of: contracts, options, errors, and the plugins of other packages.
 
 Packages import this module, those beside it and `gaitsim.screen`, and nothing deeper. Its stub
-lists the names, which are imported at first use."""
+lists the names, which are imported at first use.
+"""
 
-from gaitsim import registry as registry
-from gaitsim import toml as toml
-from gaitsim.arguments import ARGUMENTS as ARGUMENTS
-from gaitsim.arguments import as_overrides as as_overrides
-from gaitsim.arguments import check_workers as check_workers
-from gaitsim.arguments import warn as warn
-from gaitsim.choices import Activation as Activation
-from gaitsim.choices import ComparisonPlot as ComparisonPlot
-from gaitsim.choices import DAMAGE_HELP as DAMAGE_HELP
-from gaitsim.choices import GaitFormat as GaitFormat
-from gaitsim.choices import OutputActivation as OutputActivation
-from gaitsim.choices import PlotFormat as PlotFormat
-from gaitsim.choices import TrainingPreset as TrainingPreset
-from gaitsim.contracts import Array as Array
-from gaitsim.contracts import BitSpace as BitSpace
-from gaitsim.contracts import BodyFile as BodyFile
-from gaitsim.contracts import Channel as Channel
-from gaitsim.contracts import check_world as check_world
-from gaitsim.contracts import COMMAND as COMMAND
-from gaitsim.contracts import Command as Command
-from gaitsim.contracts import Condition as Condition
-from gaitsim.contracts import Context as Context
-from gaitsim.contracts import Controller as Controller
-from gaitsim.contracts import Crossover as Crossover
-from gaitsim.contracts import Exported as Exported
-from gaitsim.contracts import Exporter as Exporter
-from gaitsim.contracts import Facts as Facts
-from gaitsim.contracts import Fitness as Fitness
-from gaitsim.contracts import FittedGait as FittedGait
-from gaitsim.contracts import folder_of as folder_of
-from gaitsim.contracts import Genomes as Genomes
-from gaitsim.contracts import GenomeSpace as GenomeSpace
-from gaitsim.contracts import Inputs as Inputs
-from gaitsim.contracts import Legs as Legs
-from gaitsim.contracts import Link as Link
-from gaitsim.contracts import Measure as Measure
-from gaitsim.contracts import Members as Members
-from gaitsim.contracts import Motion as Motion
-from gaitsim.contracts import Mutation as Mutation
-from gaitsim.contracts import Names as Names
-from gaitsim.contracts import Observation as Observation
-from gaitsim.contracts import OBSERVATIONS as OBSERVATIONS
-from gaitsim.contracts import Operators as Operators
-from gaitsim.contracts import option as option
-from gaitsim.contracts import Organism as Organism
-from gaitsim.contracts import Pair as Pair
-from gaitsim.contracts import Plot as Plot
-from gaitsim.contracts import Plugin as Plugin
-from gaitsim.contracts import Product as Product
-from gaitsim.contracts import RealSpace as RealSpace
-from gaitsim.contracts import Reflex as Reflex
-from gaitsim.contracts import Results as Results
-from gaitsim.contracts import Rhythm as Rhythm
-from gaitsim.contracts import Rig as Rig
-from gaitsim.contracts import roots_of as roots_of
-from gaitsim.contracts import SAMPLES as SAMPLES
-from gaitsim.contracts import Search as Search
-from gaitsim.contracts import SEED as SEED
-from gaitsim.contracts import Selection as Selection
-from gaitsim.contracts import Skeleton as Skeleton
-from gaitsim.contracts import Solid as Solid
-from gaitsim.contracts import State as State
-from gaitsim.contracts import Steered as Steered
-from gaitsim.contracts import SteeringPage as SteeringPage
-from gaitsim.contracts import Subject as Subject
-from gaitsim.contracts import Terrain as Terrain
-from gaitsim.contracts import Window as Window
-from gaitsim.contracts import WORLD_HELP as WORLD_HELP
+from gaitsim import registry as registry, toml as toml
+from gaitsim.arguments import (
+    ARGUMENTS as ARGUMENTS,
+    as_overrides as as_overrides,
+    check_workers as check_workers,
+    warn as warn,
+)
+from gaitsim.choices import (
+    DAMAGE_HELP as DAMAGE_HELP,
+    Activation as Activation,
+    ComparisonPlot as ComparisonPlot,
+    GaitFormat as GaitFormat,
+    OutputActivation as OutputActivation,
+    PlotFormat as PlotFormat,
+    TrainingPreset as TrainingPreset,
+)
+from gaitsim.contracts import (
+    COMMAND as COMMAND,
+    OBSERVATIONS as OBSERVATIONS,
+    SAMPLES as SAMPLES,
+    SEED as SEED,
+    WORLD_HELP as WORLD_HELP,
+    Array as Array,
+    BitSpace as BitSpace,
+    BodyFile as BodyFile,
+    Channel as Channel,
+    Command as Command,
+    Condition as Condition,
+    Context as Context,
+    Controller as Controller,
+    Crossover as Crossover,
+    Exported as Exported,
+    Exporter as Exporter,
+    Facts as Facts,
+    Fitness as Fitness,
+    FittedGait as FittedGait,
+    Genomes as Genomes,
+    GenomeSpace as GenomeSpace,
+    Inputs as Inputs,
+    Legs as Legs,
+    Link as Link,
+    Measure as Measure,
+    Members as Members,
+    Motion as Motion,
+    Mutation as Mutation,
+    Names as Names,
+    Observation as Observation,
+    Operators as Operators,
+    Organism as Organism,
+    Pair as Pair,
+    Plot as Plot,
+    Plugin as Plugin,
+    Product as Product,
+    RealSpace as RealSpace,
+    Reflex as Reflex,
+    Results as Results,
+    Rhythm as Rhythm,
+    Rig as Rig,
+    Search as Search,
+    Selection as Selection,
+    Skeleton as Skeleton,
+    Solid as Solid,
+    State as State,
+    Steered as Steered,
+    SteeringPage as SteeringPage,
+    Subject as Subject,
+    Terrain as Terrain,
+    Window as Window,
+    check_world as check_world,
+    folder_of as folder_of,
+    option as option,
+    roots_of as roots_of,
+)
 from gaitsim.contracts.product import Input as Input
-from gaitsim.contracts.quaternions import conjugate as conjugate
-from gaitsim.contracts.quaternions import product as product
-from gaitsim.contracts.quaternions import rotated as rotated
-from gaitsim.contracts.quaternions import turn_about as turn_about
-from gaitsim.contracts.quaternions import turn_about_axis as turn_about_axis
+from gaitsim.contracts.quaternions import (
+    conjugate as conjugate,
+    product as product,
+    rotated as rotated,
+    turn_about as turn_about,
+    turn_about_axis as turn_about_axis,
+)
 from gaitsim.contracts.reflex import Floats as Floats
 from gaitsim.contracts.rig import Shape as Shape
-from gaitsim.errors import ExperimentError as ExperimentError
-from gaitsim.errors import GaitsimError as GaitsimError
-from gaitsim.errors import nearest as nearest
-from gaitsim.errors import not_installed as not_installed
-from gaitsim.errors import NothingToPlotError as NothingToPlotError
-from gaitsim.errors import PluginError as PluginError
-from gaitsim.errors import RunError as RunError
-from gaitsim.errors import unknown as unknown
-from gaitsim.opening import is_folder as is_folder
-from gaitsim.opening import open_regular as open_regular
-from gaitsim.opening import read_regular as read_regular
-from gaitsim.registry import call_reflex as call_reflex
-from gaitsim.registry import contract_error as contract_error
-from gaitsim.registry import entries as entries
-from gaitsim.registry import FILES as FILES
-from gaitsim.registry import find as find
-from gaitsim.registry import load_class as load_class
-from gaitsim.registry import load_engine as load_engine
-from gaitsim.registry import load_reflexes as load_reflexes
-from gaitsim.registry import options as options
-from gaitsim.registry import plugin_errors as plugin_errors
-from gaitsim.registry import REFLEX as REFLEX
-from gaitsim.registry import STUDIES as STUDIES
+from gaitsim.errors import (
+    ExperimentError as ExperimentError,
+    GaitsimError as GaitsimError,
+    NothingToPlotError as NothingToPlotError,
+    PluginError as PluginError,
+    RunError as RunError,
+    nearest as nearest,
+    not_installed as not_installed,
+    unknown as unknown,
+)
+from gaitsim.opening import (
+    is_folder as is_folder,
+    open_regular as open_regular,
+    read_regular as read_regular,
+)
+from gaitsim.registry import (
+    FILES as FILES,
+    REFLEX as REFLEX,
+    STUDIES as STUDIES,
+    call_reflex as call_reflex,
+    contract_error as contract_error,
+    entries as entries,
+    find as find,
+    load_class as load_class,
+    load_engine as load_engine,
+    load_reflexes as load_reflexes,
+    options as options,
+    plugin_errors as plugin_errors,
+)
 from gaitsim.registry.loading import read_preset as read_preset
-from gaitsim.repr_mixin import ReprField as ReprField
-from gaitsim.repr_mixin import ReprMixin as ReprMixin
-from gaitsim.toml import brief as brief
-from gaitsim.toml import checksum as checksum
-from gaitsim.toml import literal as literal
-from gaitsim.toml import shortened as shortened
+from gaitsim.repr_mixin import ReprField as ReprField, ReprMixin as ReprMixin
+from gaitsim.toml import (
+    brief as brief,
+    checksum as checksum,
+    literal as literal,
+    shortened as shortened,
+)

@@ -1,47 +1,57 @@
 """Analysis of gaits, gait files, and gaits on changed bodies."""
 
 from gaitsim import gait as gait
-from gaitsim.gait import analyse_individual as analyse_individual
-from gaitsim.gait import Footfalls as Footfalls
-from gaitsim.gait import GaitAnalysis as GaitAnalysis
-from gaitsim.gait.changed import can_be_damaged as can_be_damaged
-from gaitsim.gait.changed import damage_body as damage_body
-from gaitsim.gait.changed import has_rhythm_on_twin as has_rhythm_on_twin
-from gaitsim.gait.changed import has_twin as has_twin
-from gaitsim.gait.changed import play_on as play_on
-from gaitsim.gait.changed import play_on_twin as play_on_twin
-from gaitsim.gait.changed import put_in_world as put_in_world
-from gaitsim.gait.changed import rhythm_on_twin as rhythm_on_twin
-from gaitsim.gait.changed import twin_of as twin_of
-from gaitsim.gait.changed import with_body as with_body
-from gaitsim.gait.changed import with_changed_body as with_changed_body
-from gaitsim.gait.changed import with_damage as with_damage
-from gaitsim.gait.channels import channels_of as channels_of
-from gaitsim.gait.channels import Columns as Columns
-from gaitsim.gait.channels import count_trials as count_trials
-from gaitsim.gait.channels import entries_of as entries_of
-from gaitsim.gait.channels import motion_columns as motion_columns
-from gaitsim.gait.channels import own_name as own_name
-from gaitsim.gait.channels import place_of as place_of
-from gaitsim.gait.channels import read_values as read_values
-from gaitsim.gait.feet import feet_of as feet_of
-from gaitsim.gait.feet import Floats as Floats
-from gaitsim.gait.feet import Stride as Stride
-from gaitsim.gait.gait_files import check_folder as check_folder
-from gaitsim.gait.gait_files import check_parent as check_parent
-from gaitsim.gait.gait_files import fit_to_body as fit_to_body
-from gaitsim.gait.gait_files import Gait as Gait
-from gaitsim.gait.gait_files import gait_of as gait_of
-from gaitsim.gait.gait_files import GaitFile as GaitFile
-from gaitsim.gait.gait_files import read_bounded as read_bounded
-from gaitsim.gait.gait_files import read_gait as read_gait
-from gaitsim.gait.gait_files import read_npz as read_npz
-from gaitsim.gait.gait_files import SUFFIXES as SUFFIXES
-from gaitsim.gait.gait_files import write_gait as write_gait
-from gaitsim.gait.repertoire import gaits_of as gaits_of
-from gaitsim.gait.repertoire import patterns as patterns
-from gaitsim.gait.repertoire import RepertoireGait as RepertoireGait
-from gaitsim.gait.report import commanded_frequency as commanded_frequency
-from gaitsim.gait.report import frames_before_fall as frames_before_fall
-from gaitsim.gait.report import vertical_loads as vertical_loads
-from gaitsim.gait.report import weight_of as weight_of
+from gaitsim.gait import (
+    Footfalls as Footfalls,
+    GaitAnalysis as GaitAnalysis,
+    analyse_individual as analyse_individual,
+)
+from gaitsim.gait.changed import (
+    can_be_damaged as can_be_damaged,
+    damage_body as damage_body,
+    has_rhythm_on_twin as has_rhythm_on_twin,
+    has_twin as has_twin,
+    play_on as play_on,
+    play_on_twin as play_on_twin,
+    put_in_world as put_in_world,
+    rhythm_on_twin as rhythm_on_twin,
+    twin_of as twin_of,
+    with_body as with_body,
+    with_changed_body as with_changed_body,
+    with_damage as with_damage,
+)
+from gaitsim.gait.channels import (
+    Columns as Columns,
+    channels_of as channels_of,
+    count_trials as count_trials,
+    entries_of as entries_of,
+    motion_columns as motion_columns,
+    own_name as own_name,
+    place_of as place_of,
+    read_values as read_values,
+)
+from gaitsim.gait.feet import Floats as Floats, Stride as Stride, feet_of as feet_of
+from gaitsim.gait.gait_files import (
+    SUFFIXES as SUFFIXES,
+    Gait as Gait,
+    GaitFile as GaitFile,
+    check_folder as check_folder,
+    check_parent as check_parent,
+    fit_to_body as fit_to_body,
+    gait_of as gait_of,
+    read_bounded as read_bounded,
+    read_gait as read_gait,
+    read_npz as read_npz,
+    write_gait as write_gait,
+)
+from gaitsim.gait.repertoire import (
+    RepertoireGait as RepertoireGait,
+    gaits_of as gaits_of,
+    patterns as patterns,
+)
+from gaitsim.gait.report import (
+    commanded_frequency as commanded_frequency,
+    frames_before_fall as frames_before_fall,
+    vertical_loads as vertical_loads,
+    weight_of as weight_of,
+)

@@ -32,7 +32,7 @@ from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
 from gaitsim_studies.comparison import Sample, analyse
-from gaitsim_studies.comparison_plots import FIGURES
+from gaitsim_studies.plots import FIGURES
 
 SPACE = ("x", "y", "z")
 

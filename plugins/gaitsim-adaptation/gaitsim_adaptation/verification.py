@@ -124,7 +124,8 @@ def verify_adaptation(
     if again:
         files[file.name] = "except for deleted last trials"
     else:
-        unknown[file.name] = "the results of the robot; all proposals were computed again"
+        until = "up to the first correction" if any(one.revised for one in trials) else "all"
+        unknown[file.name] = f"the results of the robot; proposals computed again: {until}"
     if cache.exists():
         files[cache.name] = "all gaits of the atlas evaluated again"
     return Verdict(

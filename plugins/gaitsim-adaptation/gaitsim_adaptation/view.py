@@ -22,6 +22,7 @@ from gaitsim.plugin.pictures import save
 from gaitsim.plugin.runs import RunSnapshot, command, write_bytes
 from gaitsim.plugin.toolkit import damage_options
 from gaitsim_adaptation.adaptation import Adaptation, Reply
+from gaitsim_adaptation.plots import kept_figure, pairs_figure
 from gaitsim_adaptation.report import (
     SUMMARY,
     TRIALS,
@@ -31,7 +32,6 @@ from gaitsim_adaptation.report import (
     summary,
     trials_table,
 )
-from gaitsim_adaptation.report_plots import kept_figure, pairs_figure
 from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import Proposal, Trial, count_gaits
 
