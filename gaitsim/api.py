@@ -33,7 +33,7 @@ from gaitsim.inspecting import (
     plot,
 )
 from gaitsim.live.process import detach, stop
-from gaitsim.optimiser import Progress, objective_options, start_of, start_options
+from gaitsim.optimiser import TrackedSearch, objective_options, start_of, start_options
 from gaitsim.registry import EXPERIMENTS, entries
 from gaitsim.registry.loading import describe_preset
 from gaitsim.registry.python_plugins import python_options
@@ -46,7 +46,7 @@ from gaitsim.sharing.challenge import (
     verify_challenge,
 )
 from gaitsim.steering import driven
-from gaitsim.storage.background import last_failure
+from gaitsim.storage.background import RunState, last_failure
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.checkpoint import Start
 from gaitsim.storage.files.folder import check_root, find_run
@@ -60,7 +60,7 @@ from gaitsim.storage.manage import (
     write_note,
     write_tags,
 )
-from gaitsim.storage.overview import State, list_overviews
+from gaitsim.storage.overview import list_overviews
 from gaitsim.storage.query import check_keys, parse_query, sort_runs
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import Verdict, verify_run
@@ -348,7 +348,7 @@ def verify(
     return subject.verify() if isinstance(subject, Run) else verify_challenge(subject)
 
 
-class RunningSearch(Progress, Iterator[Generation]):
+class RunningSearch(TrackedSearch, Iterator[Generation]):
     """A search to loop over once, as returned by `evolve`.
 
     After leaving a loop early, continue with `next(search)` or another loop. `close()`, the end
@@ -463,7 +463,7 @@ class Run(ReprMixin):
         return self.snapshot.generation
 
     @property
-    def state(self) -> State | None:
+    def state(self) -> RunState | None:
         """The state in `gaitsim runs`, such as `running`; None if the folder does not exist."""
         found = overview(self.path)
         return found.state if found else None

@@ -32,7 +32,7 @@ from gaitsim.storage.files.checkpoint import Start
 from gaitsim.storage.files.history import row, with_integers
 
 
-class Progress(ReprMixin):
+class TrackedSearch(ReprMixin):
     """The results of a search so far.
 
     Attributes:
@@ -97,7 +97,7 @@ class Progress(ReprMixin):
         }
 
 
-class Optimiser(Progress):
+class Optimiser(TrackedSearch):
     """A search that you ask for genomes and tell their scores, for loops of your own.
 
         while not optimiser.stop:

@@ -94,6 +94,7 @@ def run_pytest(checked: Sequence[Checked], path: Sequence[str], seconds: float) 
         command = [sys.executable, "-P", "-m", "pytest", "--verbose", "--tb=no", "--no-header"]
         for plugin in ("gaitsim.testing.plugin", "pytest_timeout"):
             command += ["-p", plugin]
+        command += [f"--confcutdir={Path(__file__).parent}"]  # not that of a source tree
         command += ["-p", "no:cacheprovider", "-c", "pytest.ini", "--basetemp=tmp"]
         command.append(f"--confcutdir={Path(__file__).parent}")
         command += ["--junit-xml=found.xml", f"--timeout={seconds}", "--timeout-method=signal"]
