@@ -27,13 +27,13 @@ from gaitsim.experiment import with_overrides
 from gaitsim.gait.changed import play_on, twin_of
 from gaitsim.gait.report import frames_before_fall
 from gaitsim.individual import Individual
+from gaitsim_adaptation.adaptation import Adaptation
 from gaitsim_adaptation.prior import Prior, performance_of, read_prior
 from gaitsim_adaptation.report import leg_losses
 from gaitsim_adaptation.settings import MOST_TRIALS, AdaptationSettings
 from gaitsim_adaptation.trials import (
     MeasureGait,
     Trial,
-    adapt,
     measure_intact,
     simulated_robot,
     transfer_map,
@@ -85,7 +85,7 @@ def try_gaits(
     """Return trials of the atlas and of changes of the best, until one measures `enough`."""
     settings = AdaptationSettings(trials=OF_MAP, refine=MOST_TRIALS)
     trials: list[Trial] = []
-    for trial in islice(adapt(prior, measure, settings), count):
+    for trial in islice(Adaptation.unsaved(prior, measure, settings), count):
         trials.append(trial)
         if trial.measured >= enough:
             break
@@ -132,7 +132,7 @@ def measure_scales(run: gs.Run) -> dict[str, Any]:
             def measure(gait: Individual, robot: MeasureGait = robot, by: float = factor) -> float:
                 return by * robot(gait)
 
-            trials = [*adapt(prior, measure, settings)]
+            trials = [*Adaptation.unsaved(prior, measure, settings)]
             best = max(trial.measured for trial in trials) / factor / prior.best
             found.append({"damage": damage, "scale": scale, "trials": len(trials), "kept": best})
     return {"cases": found}

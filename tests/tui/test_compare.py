@@ -15,9 +15,15 @@ from waiting import app_until
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
 from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
-from gaitsim.storage.compare_runs import RunsReader, comparison_table, fair_axis
+from gaitsim.storage.compare_runs import (
+    ABSENT,
+    RunsReader,
+    comparison_table,
+    differences,
+    fair_axis,
+    scoring_warning,
+)
 from gaitsim.storage.creation import create_run
-from gaitsim.storage.differences import ABSENT, differences, scoring_warning
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
@@ -278,12 +284,6 @@ class TestCommand:
         assert message in done.stderr
         assert message in Path("a.svg").read_text()
         assert message in json.loads(gaitsim("differences", *runs, "--json").stdout)["warning"]
-
-    def test_invalid_input_is_reported(self, gaitsim, two):
-        assert "no run 'three'" in gaitsim("differences", "one", "three", code=2).stderr
-        assert ".txt" in gaitsim("differences", "one", "--plot", "a.txt", code=2).stderr
-        (two[1] / "history.csv").write_text("nonsense\n")
-        assert "is damaged" in gaitsim("differences", "one", "two", code=2).stderr
 
 
 class TestPlay:

@@ -1,4 +1,4 @@
-"""Components of a channel, chosen by name or number, as lines over time."""
+"""The channels of a motion as signals over time, and their components as lines."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -8,13 +8,49 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.render.plots.channels import Signal
+from gaitsim.gait.channels import channels_of, entries_of, read_values
+from gaitsim.individual import Individual
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 MAX_TRIALS = 7  # maximum number of trials drawn; of more trials, only the first is drawn
+
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """One channel of one individual over time.
+
+    Attributes:
+        name: name of the channel.
+        channel: declaration of the channel.
+        values: values over time, (frames, …).
+        entries: names of the entries along each axis except time.
+        rate: frames per second, Hz.
+    """
+
+    name: str
+    channel: Channel
+    values: NDArray[Any]
+    entries: tuple[tuple[str, ...], ...]
+    rate: float
+
+
+def read_signal(individual: Individual, name: str) -> Signal:
+    """Return a channel of the individual over time, with names for all entries."""
+    values, channels = read_values(individual, name), channels_of(individual)
+    channel = channels[name]
+    if not channel.over_time:
+        entry = individual.experiment.entries["organism"]
+        timed = [one for one, other in channels.items() if other.over_time]
+        raise GaitsimError(
+            f"the channel {name!r} of {entry} has one value per gait, not one per frame",
+            allowed=", ".join(timed) or "none, because this body has no channel over time",
+        )
+    entries = entries_of(individual, channel, values.shape)
+    return Signal(name, channel, values, entries, individual.motion.frame_rate)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,14 +1,14 @@
-"""An adaptation in progress: its trials, its next proposal and its file."""
+"""An adaptation: the record of its trials, its next proposal and its file."""
 
 import math
 import re
 import statistics
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
@@ -36,7 +36,7 @@ from gaitsim.plugin.runs import (
     first_problem,
     write_bytes,
 )
-from gaitsim_adaptation.answers import Answer, Reading
+from gaitsim_adaptation.answers import Answer, AnswerReader
 from gaitsim_adaptation.champion import Reference, find_reference
 from gaitsim_adaptation.changes import genes_of
 from gaitsim_adaptation.prior import (
@@ -76,38 +76,11 @@ Place = Literal["simulation", "physics", "robot"]
 """Place of the trials: the simulated body, its twin in rigid-body physics, or a real robot."""
 
 
-Kind = Literal["trial", "repeat", "correction"]
-
-
 @dataclass(frozen=True)
-class Said:
-    """One result that was measured, or a change of an earlier result.
+class AdaptationRecord:
+    """The conditions of an adaptation and its trials, which its file holds.
 
-    Attributes:
-        kind: 'trial' for the first result of a proposed gait, 'repeat' for further values of an
-            earlier trial, 'correction' for values that replace those of an earlier trial.
-        trial: number of the trial.
-        values: measured performance of each attempt, in the unit of the map.
-        outcome: outcome of the trial.
-        text: the result as the user typed it; '' for a simulation.
-        proposal: the proposed gait of a first result; None for a change.
-    """
-
-    __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
-
-    kind: Kind
-    trial: int
-    values: tuple[float, ...]
-    outcome: Outcome = "walked"
-    text: str = ""
-    proposal: Proposal | None = None
-
-
-@dataclass(frozen=True)
-class Session:
-    """The conditions of an adaptation, and the results so far.
-
-    Each proposal follows from the atlas, the settings, `intact`, and what was said before.
+    Each proposal follows from the atlas, the settings, `intact`, and the earlier trials.
 
     Attributes:
         atlas: checksum of the members of the atlas; see `prior.atlas_checksum`.
@@ -116,14 +89,14 @@ class Session:
             the user knows.
         measure: name of the performance measure.
         settings: settings of the adaptation.
-        said: results in the order in which they were given.
+        trials: trials in order.
         intact: for trials in physics, the measured performance of the most promising gaits on the
             intact body in rigid-body physics, by member; {} before they are measured.
         known: whether the damage to the body in simulation also serves the predictions.
         gait_format: format of the gait files for a robot.
         unit: unit of results without a unit; '' for that of the measure.
         course: distance for which a robot's time is measured, m; None for other results.
-        format: format of the file; format 1 stored trials instead of results.
+        format: format of the file.
     """
 
     __pydantic_config__: ClassVar[ConfigDict] = EXACT_KEYS
@@ -133,52 +106,20 @@ class Session:
     damage: tuple[str, ...]
     measure: str
     settings: AdaptationSettings
-    said: tuple[Said, ...] = ()
+    trials: tuple[Trial, ...] = ()
     intact: dict[int, float] = field(default_factory=dict)
     known: bool = False
     gait_format: GaitFormat = "mat"
     unit: str = ""
     course: float | None = None
-    format: Literal[2] = 2
-
-    @cached_property
-    def trials(self) -> tuple[Trial, ...]:
-        """The trials in order, after all repeats and corrections."""
-        return trials_of(self.said)
+    format: Literal[3] = 3
 
 
-def trials_of(said: Iterable[Said]) -> tuple[Trial, ...]:
-    """Return the trials that results describe, in order.
-
-    Raises:
-        GaitsimError: a result belongs to no trial.
-    """
-    values: list[tuple[float, ...]] = []
-    found: list[Trial] = []
-    for one in said:
-        if one.kind == "trial" and one.proposal is not None and one.trial == len(found) + 1:
-            found.append(Trial(**vars(one.proposal), measured=0.0))
-            values.append(())
-        elif one.kind == "trial" or one.proposal or not 1 <= one.trial <= len(found):
-            raise GaitsimError(f"a {one.kind} belongs to no proposed gait: trial {one.trial}")
-        at = one.trial - 1
-        values[at] = (*values[at], *one.values) if one.kind == "repeat" else one.values
-        outcome = max(found[at].outcome, one.outcome, key=OUTCOMES.index)
-        found[at] = replace(
-            found[at],
-            measured=math.fsum(values[at]) / max(len(values[at]), 1),
-            lowest=min(values[at]) if len(values[at]) > 1 else None,
-            count=len(values[at]),
-            outcome=outcome if one.kind == "repeat" else one.outcome,
-        )
-    return tuple(found)
+_RECORD = TypeAdapter(AdaptationRecord)
 
 
-_SESSION = TypeAdapter(Session)
-
-
-def session_file(run: Path, name: str) -> Path:
-    """Return the file of a session."""
+def adaptation_file(run: Path, name: str) -> Path:
+    """Return the file of an adaptation."""
     if not _NAME.fullmatch(name):
         raise GaitsimError(
             f"invalid name for an adaptation: {name!r:.120}",
@@ -189,7 +130,7 @@ def session_file(run: Path, name: str) -> Path:
 
 
 def default_name(place: Place, damage: Sequence[str]) -> str:
-    """Return the default name of a session, such as 'L2-lost' or 'robot'."""
+    """Return the default name of an adaptation, such as 'L2-lost' or 'robot'."""
     parts = ["-".join(re.findall(r"[a-zA-Z0-9.-]+", text)) for text in damage]
     if place != "simulation" or not parts:
         parts.append(place)
@@ -203,58 +144,53 @@ def normalise_damage(damage: Sequence[str]) -> tuple[str, ...]:
     return tuple(sorted(" ".join(text.split()) for text in texts))
 
 
-def read_session(path: Path) -> Session | None:
-    """Return the session in a file; None if the file does not exist."""
+def read_record(path: Path) -> AdaptationRecord | None:
+    """Return the record in a file; None if the file does not exist."""
     try:
         data = read_regular(path, LARGEST)
-        session = _SESSION.validate_json(data, strict=True)
-        reason = _inconsistency(session)
+        record = _RECORD.validate_json(data, strict=True)
+        reason = _inconsistency(record)
     except FileNotFoundError:
         return None
     except OSError as error:
         raise RunError(f"cannot read {path}: {error.strerror}", remedy=REMEDY) from None
     except ValidationError as error:
-        if b'"trials": [' in data:  # format 1
+        if b'"said": [' in data or b'"measured": ' in data:
             raise RunError(
-                f"{path} was written by an older version of gaitsim, whose proposals differ",
+                f"{path} was written by an older version of gaitsim, which recorded trials "
+                "differently",
                 remedy="start over with --fresh, or start a new adaptation with --name",
             ) from None
         key, what = first_problem(error, "adaptation")
         reason = f"{key}: {what}"
-    except GaitsimError as error:  # invalid settings or results
+    except GaitsimError as error:  # invalid settings
         reason = error.what
     if reason:
         raise RunError(f"{path} is damaged: {reason}", remedy=REMEDY)
-    return session
+    return record
 
 
-def replace_session(path: Path, read: Session | None, session: Session) -> None:
-    """Write a session to the file from which it was read.
-
-    Args:
-        path: the file.
-        read: content of the file when it was read; None if it did not exist.
-        session: new content.
-    """
-    if read_session(path) != read:
+def replace_record(path: Path, read: AdaptationRecord | None, record: AdaptationRecord) -> None:
+    """Write a record to the file from which it was read; None if the file did not exist."""
+    if read_record(path) != read:
         raise RunError(
             f"{path} has changed since it was read: another process is using it",
             remedy="run the same command again to continue the adaptation, or choose a different "
             "--name",
         )
-    write_session(path, session)
+    write_record(path, record)
 
 
-def write_session(path: Path, session: Session) -> None:
-    """Write a session atomically, replacing any existing file."""
-    write_bytes(path, _SESSION.dump_json(session, indent=1) + b"\n", follow=False)
+def write_record(path: Path, record: AdaptationRecord) -> None:
+    """Write a record atomically, replacing any existing file."""
+    write_bytes(path, _RECORD.dump_json(record, indent=1) + b"\n", follow=False)
 
 
 LATER = "trials", "stop", "refine", "repeats"
 
 
-def mismatch(found: Session, wanted: Session) -> str:
-    """Return why the session in a file cannot be continued as the wanted session, or ''.
+def mismatch(found: AdaptationRecord, wanted: AdaptationRecord) -> str:
+    """Return why the adaptation in a file cannot be continued as the wanted one, or ''.
 
     The settings in `LATER` may differ, as they do not change the earlier trials.
     """
@@ -265,26 +201,26 @@ def mismatch(found: Session, wanted: Session) -> str:
         if one != other:
             return f"its {name} is {_format_value(one)}, not {_format_value(other)}"
     for name in (one.name for one in fields(AdaptationSettings)):
-        one, other = (getattr(session.settings, name) for session in (found, wanted))
+        one, other = (getattr(record.settings, name) for record in (found, wanted))
         if one != other and name not in LATER:
             return f"its {name.replace('_', ' ')} is {one}, not {other}"
     return ""
 
 
-def check_gaits(path: Path, session: Session, experiment: Experiment, members: int) -> None:
-    """Check that the gaits of the session in a file can belong to an atlas.
+def check_gaits(path: Path, record: AdaptationRecord, experiment: Experiment, members: int) -> None:
+    """Check that the gaits of the adaptation in a file can belong to an atlas.
 
     Args:
         path: the file.
-        session: the session.
+        record: its content.
         experiment: experiment of the atlas.
         members: number of members of the atlas.
     """
-    named = (*session.intact, *(trial.member for trial in session.trials))
+    named = (*record.intact, *(trial.member for trial in record.trials))
     reason = ""
     if not all(1 <= member <= members for member in named):
         reason = "it contains members that the atlas does not have"
-    elif not fit(experiment, session.trials):
+    elif not fit(experiment, record.trials):
         reason = "a changed gait does not fit the body"
     if reason:
         raise RunError(f"{path} is damaged: {reason}", remedy=REMEDY)
@@ -294,37 +230,40 @@ def _format_value(value: object) -> str:
     return ", ".join(value) or "none" if isinstance(value, tuple) else repr(value)
 
 
-def _inconsistency(session: Session) -> str:
-    """Return why the content of a session is inconsistent, or ''."""
-    trials = session.trials
+def _inconsistency(record: AdaptationRecord) -> str:
+    """Return why the content of a file is inconsistent, or ''."""
+    trials = record.trials
     if len(trials) > MOST_TRIALS:
         return f"it has {len(trials)} trials, more than {MOST_TRIALS}"
     if [trial.number for trial in trials] != [*range(1, len(trials) + 1)]:
         return "its trials are not numbered in order"
-    if not all(one.text.isprintable() and one.values for one in session.said):
-        return "a result has no value, or an invalid text"
+    if not all(trial.values for trial in trials):
+        return "a trial has no value"
     members = [trial.member for trial in trials if not trial.genome]
     if len({*members}) < len(members) or not all(0 < trial.member < 2**40 for trial in trials):
         return "a member is invalid or was tried twice"
-    numbers = [value for one in session.said for value in one.values]
-    numbers += [value for one in trials for value in (one.expected, one.deviation, *one.genome)]
-    if not all(abs(value) < LARGEST_SCORE for value in (*numbers, *session.intact.values())):
+    numbers = [
+        value for one in trials for value in (*one.values, one.expected, one.deviation, *one.genome)
+    ]
+    if not all(abs(value) < LARGEST_SCORE for value in (*numbers, *record.intact.values())):
         return "a measured value is not a finite number"
-    if session.intact and not max(session.intact.values()) > 0:
+    if record.intact and not max(record.intact.values()) > 0:
         return "no gait of the atlas walks on the intact body in rigid-body physics"
     return ""
 
 
 class Reply(NamedTuple):
-    """The answer of a user to a proposal, or a change of an earlier result.
+    """The answer of a user to a proposal, or a change of an earlier trial.
 
     Attributes:
-        kind: 'undo', or the kind of the result.
+        kind: 'trial' for the result of the proposed gait, 'repeat' for another attempt at the gait
+            of an earlier trial, 'correct' for a result that replaces that of an earlier trial, or
+            'undo' to remove the last trial.
         trial: number of the trial; 0 for 'undo'.
         answer: the result; None for 'undo'.
     """
 
-    kind: Literal["undo", "trial", "repeat", "correction"]
+    kind: Literal["trial", "repeat", "correct", "undo"]
     trial: int = 0
     answer: Answer | None = None
 
@@ -332,20 +271,19 @@ class Reply(NamedTuple):
 class Adaptation(ReprMixin, Iterator[Trial]):
     """Trials of an atlas's gaits on a damaged body; an iterator that performs the next trial.
 
-    Each trial is saved in the session's file, if it has one, before it is yielded.
+    Each trial is saved in the file of the adaptation, if it has one, before it is yielded.
 
     Args:
         prior: map of the intact body.
-        session: conditions of the adaptation, and its trials so far.
+        record: conditions of the adaptation, and its trials so far.
         measure_gait: function that returns the performance of a gait; None if the caller records
             each value.
-        path: file of the session; None saves nothing.
+        path: file of the adaptation; None saves nothing.
         reference: the champion to compare with; None without one.
 
     Attributes:
         prior: map of the intact body.
-        session: conditions of the adaptation, and its trials so far.
-        path: file of the session; None if nothing is saved.
+        path: file of the adaptation; None if nothing is saved.
         reference: the champion to compare with; None without one.
         proposal: gait to try next; None once the adaptation has ended.
     """
@@ -353,20 +291,40 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     def __init__(
         self,
         prior: Prior,
-        session: Session,
+        record: AdaptationRecord,
         measure_gait: MeasureGait | None,
-        path: Path | None,
+        path: Path | None = None,
         reference: Reference | None = None,
     ) -> None:
-        self.prior, self.session, self.path = prior, session, path
-        self.reference = reference
-        self._measure_gait = measure_gait
-        self.proposal: Proposal | None = propose(prior, session.trials, session.settings)
+        self.prior, self.path, self.reference = prior, path, reference
+        self._record, self._measure_gait = record, measure_gait
+        self.proposal: Proposal | None = propose(prior, record.trials, record.settings)
+
+    @classmethod
+    def unsaved(cls, prior: Prior, measure_gait: MeasureGait, settings: AdaptationSettings) -> Self:
+        """Return an adaptation in simulation that saves nothing; threads may share the prior."""
+        record = AdaptationRecord("", "simulation", (), prior.measure, settings)
+        return cls(prior, record, measure_gait)
 
     @property
     def trials(self) -> tuple[Trial, ...]:
         """Trials so far, in order."""
-        return self.session.trials
+        return self._record.trials
+
+    @property
+    def place(self) -> Place:
+        """Where the trials take place."""
+        return self._record.place
+
+    @property
+    def damage(self) -> tuple[str, ...]:
+        """Damage to the simulated body; for a robot, the damage that the user knows."""
+        return self._record.damage
+
+    @property
+    def settings(self) -> AdaptationSettings:
+        """Settings of the adaptation."""
+        return self._record.settings
 
     @property
     def best(self) -> Trial | None:
@@ -382,7 +340,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
     @property
     def ending(self) -> str:
         """Reason why the adaptation has ended, one sentence; '' until then."""
-        return ending(self.prior, self.trials, self.session.settings)
+        return ending(self.prior, self.trials, self.settings)
 
     @property
     def shares(self) -> str:
@@ -397,13 +355,13 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         return f"{text}, {value / whole:.0%} of the champion's {whole:.3g}{unit}"
 
     @cached_property
-    def reading(self) -> Reading:
+    def reading(self) -> AnswerReader:
         """The meaning of numbers that a user types."""
-        course, seconds = self.session.course, math.nan
+        course, seconds = self._record.course, math.nan
         if course is not None:
             skeleton = self.prior.individual(1).skeleton
             seconds = len(skeleton.path) / skeleton.frame_rate
-        return Reading(self.prior.unit, self.session.unit, course, seconds)
+        return AnswerReader(self.prior.unit, self._record.unit, course, seconds)
 
     def individual(self, proposal: Proposal) -> Individual:
         """Return the gait of a proposal or trial, on the intact body."""
@@ -440,26 +398,33 @@ class Adaptation(ReprMixin, Iterator[Trial]):
             )
         if proposal.number <= len(self.trials):
             return self.repeat(proposal.number, measured)
-        return self._say("trial", proposal.number, measured, proposal)
+        answer = self._answer(measured, proposal.number)
+        self._replace(
+            (*self.trials, Trial(**vars(proposal), values=answer.values, outcome=answer.outcome))
+        )
+        return self.trials[-1]
 
     def repeat(self, number: int, measured: float | str | Answer) -> Trial:
         """Add the result of another attempt at the gait of an earlier trial; see `record`."""
-        return self._say("repeat", number, measured)
+        trial, answer = self._earlier(number), self._answer(measured, number)
+        outcome = max(trial.outcome, answer.outcome, key=OUTCOMES.index)
+        return self._revise(trial, (*trial.values, *answer.values), outcome)
 
     def correct(self, number: int, measured: float | str | Answer) -> Trial:
-        """Replace the result of an earlier trial; see `record`."""
-        return self._say("correction", number, measured)
+        """Replace the result of an earlier trial, all its attempts included; see `record`."""
+        trial, answer = self._earlier(number), self._answer(measured, number)
+        return self._revise(trial, answer.values, answer.outcome)
 
-    def undo(self) -> Said:
-        """Remove the last result, repeat or correction, and return it.
+    def undo(self) -> Trial:
+        """Remove the last trial, and return it.
 
         Raises:
-            GaitsimError: there is no result.
+            GaitsimError: there is no trial.
         """
-        if not self.session.said:
+        if not self.trials:
             raise GaitsimError("there is no result to undo", where="undo")
-        last = self.session.said[-1]
-        self._replace(self.session.said[:-1])
+        last = self.trials[-1]
+        self._replace(self.trials[:-1])
         return last
 
     def understand(self, text: str) -> Reply:
@@ -474,34 +439,32 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         number, _, result = rest.strip().partition(" ")
         match action.lower():
             case "correct":
-                return Reply("correction", trial_number(number), self.reading.read(result))
+                return Reply("correct", trial_number(number), self.reading.read(result))
             case "repeat":
                 return Reply("repeat", trial_number(number), self.reading.read(result))
         return Reply("trial", len(self.trials) + 1, self.reading.read(text))
 
-    def carry_out(self, reply: Reply) -> Trial | Said:
-        """Carry out a reply; return the trial, or the result that was undone."""
+    def carry_out(self, reply: Reply) -> Trial:
+        """Carry out a reply; return the trial that was added, changed or removed."""
         if reply.answer is None:
             return self.undo()
         if reply.kind == "trial":
             return self.record(reply.answer)
-        change = self.correct if reply.kind == "correction" else self.repeat
+        change = self.correct if reply.kind == "correct" else self.repeat
         return change(reply.trial, reply.answer)
 
     @property
     def question(self) -> str:
         """The question for the result of a trial."""
-        session, unit = self.session, self.session.unit
-        if session.course is not None:
-            return f"time of the robot for {session.course:g} m, {unit or 's'}"
+        course, unit = self._record.course, self._record.unit
+        if course is not None:
+            return f"time of the robot for {course:g} m, {unit or 's'}"
         return f"{self.prior.measure} of the robot, {unit or self.prior.unit}".rstrip(", ")
 
     @property
     def name(self) -> str:
-        """Name of the session's file, or its default name."""
-        if self.path is not None:
-            return self.path.stem
-        return default_name(self.session.place, self.session.damage)
+        """Name of the file of the adaptation, or its default name."""
+        return default_name(self.place, self.damage) if self.path is None else self.path.stem
 
     def export(self, proposal: Proposal, part: str = "") -> Path:
         """Write a gait file for the robot to the exports of the atlas, and return its path.
@@ -509,8 +472,8 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         The file has the name of the adaptation, followed by `part` or the number of the trial.
         """
         stem = f"{self.name}-{part or f'trial-{proposal.number}'}"
-        path = exports_folder(self.prior.source) / f"{stem}.{self.session.gait_format}"
-        write_gait(gait_of(self.individual(proposal)), path, self.session.gait_format)
+        path = exports_folder(self.prior.source) / f"{stem}.{self._record.gait_format}"
+        write_gait(gait_of(self.individual(proposal)), path, self._record.gait_format)
         return path
 
     def doubt(self, answer: Answer | None) -> str:
@@ -520,7 +483,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
         """
         if answer is None:
             return ""
-        prediction = predict_performance(self.prior, self.trials, self.session.settings)
+        prediction = predict_performance(self.prior, self.trials, self.settings)
         value, limit = max(answer.values), float(prediction.mean.max())
         if limit <= 0 or value <= DOUBTFUL * limit:
             return ""
@@ -529,38 +492,40 @@ class Adaptation(ReprMixin, Iterator[Trial]):
             f"{value:.3g}{unit} is {value / limit:.3g} times the best expected, {limit:.3g}{unit}"
         )
 
-    def _say(
-        self,
-        kind: Kind,
-        number: int,
-        measured: float | str | Answer,
-        proposal: Proposal | None = None,
-    ) -> Trial:
-        if not (kind == "trial" or 1 <= number <= len(self.trials)):
+    def _answer(self, measured: float | str | Answer, number: int) -> Answer:
+        if isinstance(measured, str):
+            return self.reading.read(measured)
+        if isinstance(measured, Answer):
+            return measured
+        return Answer((check_measured(measured, number),))
+
+    def _earlier(self, number: int) -> Trial:
+        if not 1 <= number <= len(self.trials):
             raise GaitsimError(
                 f"there is no trial {number}", allowed=f"1 to {len(self.trials)}", where="trial"
             )
-        if isinstance(measured, str):
-            measured = self.reading.read(measured)
-        elif not isinstance(measured, Answer):
-            measured = Answer((check_measured(measured, number),))
-        said = Said(kind, number, measured.values, measured.outcome, measured.text, proposal)
-        self._replace((*self.session.said, said))
         return self.trials[number - 1]
 
-    def _replace(self, said: tuple[Said, ...]) -> None:
-        """Save what was said, and choose the next gait."""
-        session = replace(self.session, said=said)
-        proposal = propose(self.prior, session.trials, session.settings)
+    def _revise(self, trial: Trial, values: tuple[float, ...], outcome: Outcome) -> Trial:
+        """Change the result of an earlier trial."""
+        revised = replace(trial, values=values, outcome=outcome, revised=True)
+        at = trial.number
+        self._replace((*self.trials[: at - 1], revised, *self.trials[at:]))
+        return revised
+
+    def _replace(self, trials: tuple[Trial, ...]) -> None:
+        """Save the trials, and choose the next gait."""
+        record = replace(self._record, trials=trials)
+        proposal = propose(self.prior, trials, record.settings)
         if self.path is not None:
-            replace_session(self.path, self.session, session)
-        self.session, self.proposal = session, proposal
+            replace_record(self.path, self._record, record)
+        self._record, self.proposal = record, proposal
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         best = self.best
         return {
             "atlas": str(self.prior.source),
-            "damage": ", ".join(self.session.damage),
+            "damage": ", ".join(self.damage),
             "trials": len(self.trials),
             "best": best.measured if best else "",
         }
@@ -576,7 +541,7 @@ def open_adaptation(
     settings: Mapping[str, Any] | None = None,
     known: bool = False,
     answers: Mapping[str, Any] | None = None,
-    record: bool = True,
+    saved: bool = True,
     name: str | None = None,
     fresh: bool = False,
     champion: str | None = None,
@@ -601,8 +566,9 @@ def open_adaptation(
             file, or their defaults without a file; for a robot, the scale is then unknown, and the
             best gait is measured twice more after changed gaits.
         known: whether the damage to the body in simulation also serves the predictions.
-        answers: fields `gait_format`, `unit` and `course` of `Session`; others are from the file.
-        record: whether to save the trials in a file in the run's folder.
+        answers: fields `gait_format`, `unit` and `course` of `AdaptationRecord`; others are from
+            the file.
+        saved: whether to save the trials in a file in the run's folder.
         name: name of that file; None for a name that describes the damage or the place.
         fresh: whether to start over and replace the file.
         champion: run of the champion to compare with; see `find_reference`.
@@ -618,12 +584,12 @@ def open_adaptation(
     """
     members = atlas_members(run)
     experiment, wanted = run.experiment_at(run.generation), normalise_damage(damage or ())
-    path = session_file(run.path, name or default_name(place, wanted)) if record else None
-    found = None if path is None or fresh else read_session(path)
+    path = adaptation_file(run.path, name or default_name(place, wanted)) if saved else None
+    found = None if path is None or fresh else read_record(path)
     of_robot = place == "robot"
     start = AdaptationSettings(scale=None, repeats=2) if of_robot else AdaptationSettings()
-    kept = found or Session("", place, wanted, DEFAULT_MEASURE, start)
-    session = replace(
+    kept = found or AdaptationRecord("", place, wanted, DEFAULT_MEASURE, start)
+    record = replace(
         kept,
         atlas=atlas_checksum(members),
         place=place,
@@ -633,7 +599,7 @@ def open_adaptation(
         known=known or (of_robot and bool(kept.damage)),
         **(answers or {}),
     )
-    if found and (reason := mismatch(found, session)):
+    if found and (reason := mismatch(found, record)):
         raise RunError(
             f"the adaptation in {path} cannot be continued: {reason}",
             allowed="the same atlas, damage, measure and settings, except "
@@ -641,8 +607,8 @@ def open_adaptation(
             remedy="start over with --fresh, or start a new adaptation with --name",
         )
     if path is not None:
-        check_gaits(path, session, experiment, len(members.scores))
-    if session.settings.refine:
+        check_gaits(path, record, experiment, len(members.scores))
+    if record.settings.refine:
         genes_of(experiment)
     measure_gait = robot
     if robot is not None and not of_robot:
@@ -651,30 +617,30 @@ def open_adaptation(
         )
     if not of_robot:
         physics = place == "physics"
-        measure_gait = simulated_robot(experiment, wanted, session.measure, physics=physics)
-    reference = find_reference(run, champion, session.measure, physics=place == "physics")
+        measure_gait = simulated_robot(experiment, wanted, record.measure, physics=physics)
+    reference = find_reference(run, champion, record.measure, physics=place == "physics")
     prior = read_prior(
         run,
-        session.measure,
-        session.damage if session.known else (),
+        record.measure,
+        record.damage if record.known else (),
         workers=workers,
         on_progress=on_progress,
         on_warning=on_warning,
     )
     if place == "physics":
-        if not session.intact:
-            intact_body = simulated_robot(experiment, (), session.measure, physics=True)
+        if not record.intact:
+            intact_body = simulated_robot(experiment, (), record.measure, physics=True)
             with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
                 intact = measure_intact(run, prior, intact_body, pool, on_progress)
-            session = replace(session, intact=intact)
-        prior = transfer_map(prior, session.intact)
+            record = replace(record, intact=intact)
+        prior = transfer_map(prior, record.intact)
     if reason := poverty(prior):
         on_warning(reason)
     if path is not None and fresh:
-        write_session(path, session)
-    elif path is not None and session != found:
-        replace_session(path, found, session)
-    return Adaptation(prior, session, measure_gait, path, reference)
+        write_record(path, record)
+    elif path is not None and record != found:
+        replace_record(path, found, record)
+    return Adaptation(prior, record, measure_gait, path, reference)
 
 
 def trial_number(text: str) -> int:
@@ -692,17 +658,17 @@ def measured_scale(run: RunSnapshot, name: str) -> float:
     Raises:
         GaitsimError: there is no such adaptation, it is of a damaged robot, or no gait walked.
     """
-    session = read_session(session_file(run.path, name))
-    if session is None or session.place != "robot" or session.damage:
+    record = read_record(adaptation_file(run.path, name))
+    if record is None or record.place != "robot" or record.damage:
         raise GaitsimError(
             f"{name!r} is not an adaptation of an intact robot",
             where="--scale",
             allowed="a number, such as 0.6, or the --name of trials on the intact robot",
         )
-    performance = read_prior(run, session.measure).performance
+    performance = read_prior(run, record.measure).performance
     ratios = [
         trial.measured / float(performance[trial.member - 1])
-        for trial in session.trials
+        for trial in record.trials
         if trial.outcome == "walked" and not trial.genome and performance[trial.member - 1] > 0
     ]
     if not ratios or not statistics.median(ratios) > 0:

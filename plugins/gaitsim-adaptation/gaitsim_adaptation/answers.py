@@ -43,7 +43,7 @@ class Answer:
 
 
 @dataclass(frozen=True)
-class Reading:
+class AnswerReader:
     """The meaning of the numbers that are typed.
 
     Attributes:

@@ -179,9 +179,7 @@ class Adapt(AdaptOptions):
     repeat: Pair | None = option(
         None, "add another attempt at the gait of trial N", placeholder="N RESULT", panel=ROBOT
     )
-    undo: bool = option(
-        False, "remove the last result, correction or repeated attempt", panel=ROBOT
-    )
+    undo: bool = option(False, "remove the last trial", panel=ROBOT)
     sure: bool = option(
         False, "accept results above twice the best expected performance", panel=ROBOT
     )
@@ -341,7 +339,7 @@ class Adapt(AdaptOptions):
                     where=self.flags_of(*CHANGES)[0],
                     remedy="give the unit, such as 62cm, or add --sure",
                 )
-            view.print_done(adaptation.carry_out(reply))
+            view.print_done(reply, adaptation.carry_out(reply))
         elif not self.json_lines:
             view.print_earlier()
         if proposal := adaptation.proposal:
@@ -388,9 +386,9 @@ class Adapt(AdaptOptions):
 
 def _check_proposed(run: RunSnapshot, name: str, flag: str) -> None:
     """Check that an adaptation has begun, so that a gait can have been measured."""
-    from gaitsim_adaptation.adaptation import session_file
+    from gaitsim_adaptation.adaptation import adaptation_file
 
-    if not session_file(run.path, name).exists():
+    if not adaptation_file(run.path, name).exists():
         raise GaitsimError(
             f"there is no adaptation {name!r}, and thus no proposed gait",
             where=flag,
@@ -436,7 +434,7 @@ def ask(
             doubt = adaptation.doubt(reply.answer)
             if doubt and not confirmed(doubt):
                 continue
-            view.print_done(adaptation.carry_out(reply))
+            view.print_done(reply, adaptation.carry_out(reply))
         except GaitsimError as error:
             notice(str(error))
 

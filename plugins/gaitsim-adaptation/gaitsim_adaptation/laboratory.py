@@ -248,7 +248,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self._stopping = False
         self.call_next(self.refresh_bindings)
         try:
-            if self.adaptation is None or self.adaptation.session.place == "robot" or settings:
+            if self.adaptation is None or self.adaptation.place == "robot" or settings:
                 self.adaptation = await self.in_thread(self._open, settings)
             await self._run_trials(self.adaptation)
         except GaitsimError as error:
@@ -310,7 +310,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         """Run trials one by one and show the best at the end."""
         while not self._stopping and adaptation.proposal is not None:
             proposal = adaptation.proposal
-            self._say(f"trial {proposal.number} of at most {adaptation.session.settings.trials} …")
+            self._say(f"trial {proposal.number} of at most {adaptation.settings.trials} …")
             trial = await self.in_thread(next, adaptation)
             self._list(adaptation)
             await self._show_trial(adaptation, trial, fast=True)
@@ -436,7 +436,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
                 return subject.unadaptable
             case "adapt" if not self.damage:
                 return "The body is intact; press Enter to remove a leg first."
-            case "refine" if self.adaptation is None or self.adaptation.session.place == "robot":
+            case "refine" if self.adaptation is None or self.adaptation.place == "robot":
                 return "No gait was tried; press a to try gaits of the atlas first."
             case "replay" if self.shown is not None and self.shown.genome:
                 return "A changed gait is not in the atlas; export it as a gait file."

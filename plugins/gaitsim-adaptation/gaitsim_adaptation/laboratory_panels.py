@@ -302,9 +302,7 @@ class Trials(Horizontal):
 
 def expected_view(adaptation: Adaptation, members: Members) -> ArchiveView:
     """Return the map of an atlas, with the performance expected after the trials as scores."""
-    prediction = predict_performance(
-        adaptation.prior, adaptation.trials, adaptation.session.settings
-    )
+    prediction = predict_performance(adaptation.prior, adaptation.trials, adaptation.settings)
     view = ArchiveView.of(replace(members, scores=prediction.mean))
     assert view is not None, "members of an atlas have cells"
     return view

@@ -88,7 +88,7 @@ def adapt(
         known=visible,
         measure=measure,
         settings={key: value for key, value in given.items() if value is not None},
-        record=name is not None,
+        saved=name is not None,
         name=name,
         fresh=fresh,
         champion=champion,

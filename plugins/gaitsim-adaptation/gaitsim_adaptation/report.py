@@ -27,7 +27,7 @@ from gaitsim.plugin.runs import (
     write_bytes,
     writing,
 )
-from gaitsim_adaptation.adaptation import Place
+from gaitsim_adaptation.adaptation import Adaptation, Place
 from gaitsim_adaptation.champion import Reference, find_reference
 from gaitsim_adaptation.prior import (
     DEFAULT_MEASURE,
@@ -41,7 +41,6 @@ from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import (
     MeasureGait,
     Trial,
-    adapt,
     best_of,
     measure_intact,
     most_promising,
@@ -284,7 +283,8 @@ class _StoppedError(Exception):
 def _adapt_to_damage(
     prior: Prior, damage: tuple[str, ...], measure_gait: MeasureGait, settings: AdaptationSettings
 ) -> Case:
-    trials = tuple(adapt(prior, measure_gait, settings))
+    once = replace(settings, repeats=0)
+    trials = tuple(Adaptation.unsaved(prior, measure_gait, once))
     rng = np.random.default_rng(zlib.crc32(" ".join(damage).encode()))
     drawn = rng.choice(len(prior.performance), len(trials), replace=False)
     random = tuple(measure_gait(prior.individual(int(index) + 1)) for index in drawn)
@@ -297,13 +297,17 @@ _REMEDY = "delete the file, or choose a different folder"
 def read_report(path: Path, members: int) -> AdaptationReport | None:
     """Return the report in a file on an atlas of `members` members; None if there is none."""
     try:
-        found = _REPORT.validate_json(read_regular(path, _LARGEST))
+        data = read_regular(path, _LARGEST)
+        found = _REPORT.validate_json(data)
         reason = _inconsistency(found, members)
     except FileNotFoundError:
         return None
     except OSError as error:
         raise RunError(f"cannot read {path}: {error.strerror}", remedy=_REMEDY) from None
     except ValidationError as error:
+        if b'"measured": ' in data:
+            what = f"{path} was written by an older version of gaitsim"
+            raise RunError(what, remedy=_REMEDY) from None
         key, what = first_problem(error, "report")
         raise RunError(f"{path} is damaged: {key}: {what}", remedy=_REMEDY) from None
     except GaitsimError as error:  # invalid settings
@@ -317,8 +321,7 @@ def _inconsistency(report: AdaptationReport, members: int) -> str:
     """Return why a report on an atlas of `members` members is inconsistent, or ''."""
     trials = [trial for case in report.cases for trial in case.trials]
     numbers = [*report.intact.values(), *(one for case in report.cases for one in case.random)]
-    numbers += [one for trial in trials for one in (trial.expected, trial.deviation)]
-    numbers += [trial.measured for trial in trials]
+    numbers += [one for trial in trials for one in (trial.expected, trial.deviation, *trial.values)]
     if not all(abs(number) < LARGEST_SCORE for number in numbers):
         return "a value is not a finite number"
     if not all(1 <= one <= members for one in (*report.intact, *(one.member for one in trials))):
@@ -327,6 +330,8 @@ def _inconsistency(report: AdaptationReport, members: int) -> str:
         return "its champion does not walk"
     if not max(report.intact.values(), default=0) > 0:
         return "it has no gait that walks on the intact body"
+    if not all(trial.values for trial in trials):
+        return "a trial has no value"
     if not all(len(case.trials) == len(case.random) > 0 for case in report.cases):
         return "a case has no trials"
     return ""

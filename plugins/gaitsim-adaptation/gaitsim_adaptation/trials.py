@@ -7,9 +7,10 @@ Source: the map-based Bayesian optimisation (M-BOA) of Cully, Clune, Tarapore an
 second trial of the same gait would add almost no information.
 """
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Literal, get_args
 
 import numpy as np
@@ -75,26 +76,25 @@ class Trial(Proposal):
     """A gait that was tried.
 
     Attributes:
-        measured: mean measured performance on the damaged body.
-        lowest: lowest measured performance; None if the gait was measured once.
-        count: number of measurements.
+        values: measured performance of each attempt on the damaged body, in the unit of the map.
         outcome: outcome of the trial.
+        revised: whether its result was corrected, or measured again after later trials were
+            proposed.
     """
 
-    measured: float
-    lowest: float | None = None
-    count: int = 1
+    values: tuple[float, ...]
     outcome: Outcome = "walked"
+    revised: bool = False
 
     @property
-    def safe(self) -> float:
-        """The lowest measured performance."""
-        return self.measured if self.lowest is None else self.lowest
+    def measured(self) -> float:
+        """Mean measured performance."""
+        return math.fsum(self.values) / len(self.values)
 
-
-def proposal_of(trial: Trial) -> Proposal:
-    """Return the proposal of a trial."""
-    return Proposal(**{one.name: getattr(trial, one.name) for one in fields(Proposal)})
+    @property
+    def lowest(self) -> float:
+        """Lowest measured performance."""
+        return min(self.values)
 
 
 # The scale of the robot has a log-normal prior with the median 1. A gait's performance differs from
@@ -191,7 +191,7 @@ def propose_change(prior: Prior, trials: Sequence[Trial]) -> Proposal:
     assert root is not None, "the gaits of the map are tried first"
     tried = [root, *(trial for trial in trials if trial.genome)]
     genomes = np.stack([genome_of(prior, trial) for trial in tried])
-    measured = np.array([trial.safe for trial in tried])
+    measured = np.array([trial.lowest for trial in tried])
     number = len(trials) + 1
     genome, expected, deviation = best_change(prior, genomes, measured, number)
     return Proposal(number, root.member, expected, deviation, genome=genome)
@@ -234,7 +234,7 @@ def ending(prior: Prior, trials: Sequence[Trial], settings: AdaptationSettings) 
 def _repetition(trials: Sequence[Trial], settings: AdaptationSettings) -> Proposal | None:
     """Return the best gait if it is to be measured again after changed gaits."""
     best = best_of(trials)
-    if best is None or not refinements(trials) or best.count > settings.repeats:
+    if best is None or not refinements(trials) or len(best.values) > settings.repeats:
         return None
     return Proposal(best.number, best.member, best.measured, 0.0, genome=best.genome)
 
@@ -259,34 +259,7 @@ def best_of(trials: Sequence[Trial]) -> Trial | None:
 
     The lowest value counts for a gait that was measured several times.
     """
-    return max(trials, key=lambda trial: trial.safe, default=None)
-
-
-def adapt(
-    prior: Prior,
-    measure_gait: MeasureGait,
-    settings: AdaptationSettings,
-    trials: Sequence[Trial] = (),
-) -> Iterator[Trial]:
-    """Try gaits on the damaged body until one is good enough.
-
-    Several threads may use the same prior at the same time.
-
-    Args:
-        prior: map of the intact body.
-        measure_gait: function that returns the performance of a gait on the damaged body.
-        settings: settings of the adaptation.
-        trials: earlier trials, from which to continue.
-
-    Yields:
-        The next trial.
-    """
-    done, once = [*trials], replace(settings, repeats=0)
-    while (proposal := propose(prior, done, once)) is not None:
-        measured = check_measured(measure_gait(individual_of(prior, proposal)), proposal.number)
-        trial = Trial(**vars(proposal), measured=measured)
-        done.append(trial)
-        yield trial
+    return max(trials, key=lambda trial: trial.lowest, default=None)
 
 
 def check_measured(measured: float, number: int) -> float:

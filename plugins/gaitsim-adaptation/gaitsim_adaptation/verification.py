@@ -21,7 +21,7 @@ from gaitsim.plugin.runs import (
     file_results,
     holds_run,
 )
-from gaitsim_adaptation.adaptation import check_gaits, read_session, trials_of
+from gaitsim_adaptation.adaptation import check_gaits, read_record
 from gaitsim_adaptation.champion import find_reference
 from gaitsim_adaptation.prior import (
     OnProgress,
@@ -80,49 +80,52 @@ def verify_adaptation(
         begin: callback with the number of gaits and trials to evaluate.
         advance: callback with the number of them evaluated since the last call.
     """
-    session, members = read_session(file), atlas_members(run)
-    if session is None:
+    record, members = read_record(file), atlas_members(run)
+    if record is None:
         raise RunError(f"there is no adaptation {file}")
-    said, simulated, physics = session.said, session.place != "robot", session.place == "physics"
-    cache = intact_file(run.path, session.measure)
+    trials, physics = record.trials, record.place == "physics"
+    simulated = record.place != "robot"
+    cache = intact_file(run.path, record.measure)
     cached: list[str] = []
     found, again = [OTHER_ATLAS], False
-    if session.atlas == atlas_checksum(members):
-        check_gaits(file, session, run.experiment_at(run.generation), len(members.scores))
-        known = session.damage if session.known else ()
-        begin(len(members.scores) * (1 + bool(known)) + len(session.intact) + simulated * len(said))
+    if record.atlas == atlas_checksum(members):
+        check_gaits(file, record, run.experiment_at(run.generation), len(members.scores))
+        known = record.damage if record.known else ()
+        begin(
+            len(members.scores) * (1 + bool(known)) + len(record.intact) + simulated * len(trials)
+        )
         prior = read_prior(
-            run, session.measure, known, cached=False, workers=workers, on_progress=advance
+            run, record.measure, known, cached=False, workers=workers, on_progress=advance
         )
         cached = intact_differences(run, prior, known)
         found, again = [], simulated
         if physics:
-            robot = simulated_robot(prior.experiment, (), session.measure, physics=True)
+            robot = simulated_robot(prior.experiment, (), record.measure, physics=True)
             with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
                 intact = measure_intact(run, prior, robot, pool, advance, cached=False)
-            found += _intact_differences(session.intact, intact)
-            prior = transfer_map(prior, session.intact)
-        for at, one in enumerate(said):
-            if one.proposal is not None:
-                before = trials_of(said[:at])
-                found += _wrong_proposal(prior, before, session.settings, one.proposal)
+            found += _intact_differences(record.intact, intact)
+            prior = transfer_map(prior, record.intact)
+        for at, one in enumerate(trials):
+            if simulated or not any(earlier.revised for earlier in trials[:at]):
+                found += _wrong_proposal(prior, trials[:at], record.settings, one)
         if simulated:
             robot = simulated_robot(
-                prior.experiment, session.damage, session.measure, physics=physics
+                prior.experiment, record.damage, record.measure, physics=physics
             )
-            for one in said:
-                measured = robot(individual_of(prior, session.trials[one.trial - 1]))
+            for one in trials:
+                measured = robot(individual_of(prior, one))
                 if {*one.values} != {measured}:
-                    found.append(_wrong_measurement(one.trial, one.values, measured))
+                    found.append(_wrong_measurement(one.number, one.values, measured))
                 advance(1)
-    count = len(session.trials)
+    count = len(trials)
     differences = [FileDifference(file.name, text) for text in found]
     differences += [FileDifference(cache.name, text) for text in cached]
     files, unknown = {}, _atlas(run)
     if again:
         files[file.name] = "except for deleted last trials"
     else:
-        unknown[file.name] = "the results of the robot; all proposals were computed again"
+        until = "up to the first correction" if any(one.revised for one in trials) else "all"
+        unknown[file.name] = f"the results of the robot; proposals computed again: {until}"
     if cache.exists():
         files[cache.name] = "all gaits of the atlas evaluated again"
     return Verdict(
@@ -273,7 +276,7 @@ def _wrong_proposal(
 ) -> list[str]:
     """Return how a proposal differs from the one that follows from earlier trials."""
     right = right_proposal(prior, trials, settings, proposal)
-    if proposal == right:
+    if all(value == getattr(proposal, name) for name, value in vars(right).items()):
         return []
     gene = " with other genes" * (proposal.genome != right.genome)
     return [

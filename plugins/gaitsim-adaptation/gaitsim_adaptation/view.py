@@ -3,7 +3,6 @@
 import sys
 from collections.abc import Iterable, Mapping
 from contextlib import ExitStack
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,8 @@ from gaitsim.plugin.gait import analyse_individual
 from gaitsim.plugin.pictures import save
 from gaitsim.plugin.runs import RunSnapshot, command, write_bytes
 from gaitsim.plugin.toolkit import damage_options
-from gaitsim_adaptation.adaptation import Adaptation, Said
+from gaitsim_adaptation.adaptation import Adaptation, Reply
+from gaitsim_adaptation.plots import kept_figure, pairs_figure
 from gaitsim_adaptation.report import (
     SUMMARY,
     TRIALS,
@@ -32,7 +32,6 @@ from gaitsim_adaptation.report import (
     summary,
     trials_table,
 )
-from gaitsim_adaptation.report_plots import kept_figure, pairs_figure
 from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import Proposal, Trial, count_gaits
 
@@ -47,18 +46,18 @@ class AdaptationView:
 
     def __init__(self, adaptation: Adaptation, json: bool) -> None:
         self._adaptation, self._json = adaptation, json
-        prior, session, reference = adaptation.prior, adaptation.session, adaptation.reference
+        prior, reference = adaptation.prior, adaptation.reference
         self._unit = f" {prior.unit}".rstrip()
         if json:
             return
-        damage = ", ".join(session.damage) or "no damage"
-        where = {
+        damage = ", ".join(adaptation.damage) or "no damage"
+        body = {
             "simulation": f"a body with {damage}",
             "physics": f"the twin in physics with {damage}",
-            "robot": f"your robot with {damage}" if session.damage else "your robot",
-        }
+            "robot": f"your robot with {damage}" if adaptation.damage else "your robot",
+        }[adaptation.place]
         output().print(
-            f"{prior.source}: {len(prior.performance):,} gaits to try on {where[session.place]}; "
+            f"{prior.source}: {len(prior.performance):,} gaits to try on {body}; "
             f"best {prior.measure} in the atlas: {prior.best:.3g}{self._unit}"
             + (f", of the champion: {reference.performance:.3g}{self._unit}" if reference else ""),
             style="bold",
@@ -78,30 +77,23 @@ class AdaptationView:
     def print_trial(self, trial: Trial) -> None:
         """Print a trial."""
         if self._json:
-            print_json({"trial": trial.number, **_without_number(trial)})
+            print_json({"trial": trial.number, **_values(trial)})
             return
         echo(f"{self._prediction(trial)}, {describe_result(trial)}{self._unit}")
 
-    def print_done(self, done: Trial | Said) -> None:
-        """Print a trial, or the result that was undone."""
-        if isinstance(done, Trial):
-            self.print_trial(done)
+    def print_done(self, reply: Reply, trial: Trial) -> None:
+        """Print the trial that a reply added, changed or removed."""
+        if reply.kind != "undo":
+            self.print_trial(trial)
+        elif self._json:
+            print_json({"undone": trial.number, **_values(trial)})
         else:
-            self._print_undone(done)
-
-    def _print_undone(self, said: Said) -> None:
-        """Print the result, correction or repeat that was undone."""
-        if self._json:
-            print_json({"undone": said.kind, "trial": said.trial, "text": said.text})
-        else:
-            echo(f"undone: {said.kind} of trial {said.trial}, {said.text or said.values}")
+            echo(f"removed trial {trial.number}, {describe_result(trial)}{self._unit}")
 
     def print_proposal(self, proposal: Proposal, file: Path) -> None:
         """Print a gait to try, and its file."""
         if self._json:
-            print_json(
-                {"proposal": proposal.number, **_without_number(proposal), "file": str(file)}
-            )
+            print_json({"proposal": proposal.number, **_values(proposal), "file": str(file)})
             return
         echo(f"{self._prediction(proposal)}\n  play {file}")
 
@@ -133,14 +125,14 @@ class AdaptationView:
             f"Best: {_of(best)}, {gait_words}: {adaptation.shares}",
             style="bold",
         )
-        damage = damage_options(adaptation.session.damage)
+        damage = damage_options(adaptation.damage)
         chosen = (prior.source, *(("--gait", file) if file else ("--member", best.member)))
         commands = {
             "watch it": command("play", *chosen, *damage),
             "export it": command("export", *chosen),
             "make a video": command("video", *chosen, *damage),
         }
-        if adaptation.session.place == "physics":
+        if adaptation.place == "physics":
             commands["analyse it in physics"] = command("analyse", *chosen, *damage, "--physics")
         for meaning, line in commands.items():
             output().print(f"  {line}  # {meaning}", style="dim")
@@ -161,7 +153,7 @@ class AdaptationView:
 def describe_result(trial: Trial) -> str:
     """Return the result of a trial, such as 'fell, measured 0.300'."""
     outcome = "" if trial.outcome == "walked" else f"{trial.outcome}, "
-    several = f"mean of {trial.count} " if trial.count > 1 else ""
+    several = f"mean of {len(trial.values)} " if len(trial.values) > 1 else ""
     return f"{outcome}measured {several}{trial.measured:.3f}"
 
 
@@ -170,12 +162,22 @@ def _of(proposal: Proposal) -> str:
     return f"{'change' if proposal.genome else 'member'} {proposal.member:>6}"
 
 
-def _without_number(proposal: Proposal) -> dict[str, Any]:
-    values = asdict(proposal)
-    kept = {name for name, one in values.items() if name != "number" and one not in ((), None)}
-    if values.get("count") == 1:
-        kept -= {"count", "outcome"} if values["outcome"] == "walked" else {"count"}
-    return {name: values[name] for name in values if name in kept}
+def _values(one: Proposal) -> dict[str, Any]:
+    """Return a proposal or a trial as values for JSON, without its number."""
+    values: dict[str, Any] = {
+        "member": one.member,
+        "expected": one.expected,
+        "deviation": one.deviation,
+    }
+    if one.genome:
+        values["genome"] = one.genome
+    if isinstance(one, Trial):
+        values["measured"] = one.measured
+        if len(one.values) > 1:
+            values |= {"lowest": one.lowest, "count": len(one.values)}
+        if len(one.values) > 1 or one.outcome != "walked":
+            values["outcome"] = one.outcome
+    return values
 
 
 def write_report(

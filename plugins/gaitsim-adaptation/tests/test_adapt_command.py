@@ -87,7 +87,7 @@ def test_an_interrupted_interactive_session_continues_where_it_was(adapt, atlas,
     answers("1", "")
     adapt("--interactive")
     stored = json.loads((atlas / "adaptations/robot.json").read_text())
-    assert [one["values"] for one in stored["said"]] == [[0.5], [-0.25], [1.0]]
+    assert [one["values"] for one in stored["trials"]] == [[0.5], [-0.25], [1.0]]
     answers()  # the end of the input also ends the session
     asked = adapt("--interactive", "--format", "npz").stdout
     file = atlas / "exports/robot-trial-4.npz"
@@ -145,27 +145,23 @@ def test_runs_without_an_archive_and_bodies_without_damage_are_refused(
 
 
 def foreign(stored):
-    stored["said"][1]["proposal"]["member"] = 10**9
+    stored["trials"][1]["member"] = 10**9
 
 
 def repeated(stored):
-    stored["said"][1]["proposal"]["member"] = stored["said"][0]["proposal"]["member"]
+    stored["trials"][1]["member"] = stored["trials"][0]["member"]
 
 
 def infinite(stored):
-    stored["said"][1]["values"] = [float("nan")]
+    stored["trials"][1]["values"] = [float("nan")]
 
 
-def orphaned(stored):
-    stored["said"][1]["proposal"] = None
+def empty(stored):
+    stored["trials"][1]["values"] = []
 
 
 def endless(stored):
-    one = stored["said"][0]
-    stored["said"] = [
-        {**one, "trial": number, "proposal": {**one["proposal"], "number": number}}
-        for number in range(1, 1002)
-    ]
+    stored["trials"] = [{**stored["trials"][0], "number": number} for number in range(1, 1002)]
 
 
 def escaping(stored):
@@ -191,7 +187,7 @@ def test_a_hostile_file_is_refused_and_nothing_outside_changes(adapt, atlas, tmp
         shutil.rmtree(outside)
         file.rmdir() if file.is_dir() and not file.is_symlink() else file.unlink()
         file.write_bytes(data)
-    for change in (foreign, repeated, infinite, orphaned, endless, escaping):
+    for change in (foreign, repeated, infinite, empty, endless, escaping):
         stored = json.loads(data)
         change(stored)
         file.write_text(json.dumps(stored))

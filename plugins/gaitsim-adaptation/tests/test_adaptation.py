@@ -16,11 +16,11 @@ from gaitsim.gait.changed import with_damage
 from gaitsim.gaussian_process import posterior
 from gaitsim.individual import Individual
 from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim_adaptation.adaptation import Adaptation
 from gaitsim_adaptation.prior import Prior, read_prior
 from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import (
     Trial,
-    adapt,
     best_of,
     check_measured,
     ending,
@@ -100,7 +100,7 @@ def test_the_posterior_is_that_of_scikit_learn():
 
 def test_one_trial_has_a_closed_form():
     prior = prior_of([1.0, 0.8], [[0.0], [0.2]])  # one length scale apart
-    belief = predict_performance(prior, [Trial(1, 1, 1.0, 1.0, 0.5)], SETTINGS)
+    belief = predict_performance(prior, [Trial(1, 1, 1.0, 1.0, (0.5,))], SETTINGS)
     r = math.sqrt(5)
     k = (1 + r + r * r / 3) * math.exp(-r)
     assert belief.mean == pytest.approx([1 - 0.5 / 1.001, 0.8 - 0.5 * k / 1.001])
@@ -112,8 +112,8 @@ def test_one_trial_has_a_closed_form():
 def test_the_unit_of_performance_does_not_matter():
     prior = random_prior()
     scaled = replace(prior, performance=1000 * prior.performance)
-    one = [*adapt(prior, lambda gait: 0.1 * gait.genome[0] / 60, SETTINGS)]
-    other = [*adapt(scaled, lambda gait: 100 * gait.genome[0] / 60, SETTINGS)]
+    one = [*Adaptation.unsaved(prior, lambda gait: 0.1 * gait.genome[0] / 60, SETTINGS)]
+    other = [*Adaptation.unsaved(scaled, lambda gait: 100 * gait.genome[0] / 60, SETTINGS)]
     assert [trial.member for trial in one] == [trial.member for trial in other]
 
 
@@ -126,7 +126,11 @@ def test_trials_leave_a_region_in_which_the_map_is_wrong():
     behaviour = np.linspace(0, 3, 31)
     predicted = 1 - 0.1 * behaviour
     real = np.where(behaviour < 1, 0.0, predicted)
-    trials = [*adapt(prior_of(predicted, behaviour), lambda g: real[int(g.genome[0])], SETTINGS)]
+    trials = [
+        *Adaptation.unsaved(
+            prior_of(predicted, behaviour), lambda g: real[int(g.genome[0])], SETTINGS
+        )
+    ]
     assert best_of(trials).measured >= 0.9 * real.max()
     assert len(trials) < 8
     assert len({trial.member for trial in trials}) == len(trials)
@@ -134,7 +138,9 @@ def test_trials_leave_a_region_in_which_the_map_is_wrong():
 
 def test_trials_end_when_one_is_good_enough():
     prior = random_prior()
-    trials = [*adapt(prior, lambda gait: prior.performance[int(gait.genome[0])], SETTINGS)]
+    trials = [
+        *Adaptation.unsaved(prior, lambda gait: prior.performance[int(gait.genome[0])], SETTINGS)
+    ]
     assert len(trials) == 1
     assert "95%" in ending(prior, trials, SETTINGS)
     assert propose(prior, trials, SETTINGS) is None
@@ -143,25 +149,23 @@ def test_trials_end_when_one_is_good_enough():
 
 def test_trials_end_at_their_maximum_number_and_when_all_gaits_were_tried():
     prior = random_prior(5)
-    failed = [*adapt(prior, lambda gait: 0.0, replace(SETTINGS, trials=3))]
+    failed = [*Adaptation.unsaved(prior, lambda gait: 0.0, replace(SETTINGS, trials=3))]
     assert len(failed) == 3
-    every = [*adapt(prior, lambda gait: -1.0, SETTINGS)]
+    every = [*Adaptation.unsaved(prior, lambda gait: -1.0, SETTINGS)]
     assert sorted(trial.member for trial in every) == [1, 2, 3, 4, 5]
     assert "all 5" in ending(prior, every, SETTINGS)
 
 
-def test_an_adaptation_continues_as_if_it_had_never_stopped_in_any_thread():
+def test_an_adaptation_has_the_same_trials_in_any_thread():
     prior = random_prior()
 
     def measured(gait):
         return 0.3 * math.sin(gait.genome[0])
 
-    whole = [*adapt(prior, measured, SETTINGS)]
+    whole = [*Adaptation.unsaved(prior, measured, SETTINGS)]
     assert len(whole) > 7
-    for cut in (0, 1, 7, len(whole)):
-        assert [*adapt(prior, measured, SETTINGS, whole[:cut])] == whole[cut:]
     with ThreadPoolExecutor(4) as pool:
-        others = pool.map(lambda _: [*adapt(prior, measured, SETTINGS)], range(4))
+        others = pool.map(lambda _: [*Adaptation.unsaved(prior, measured, SETTINGS)], range(4))
         assert all(other == whole for other in others)
 
 

@@ -51,46 +51,39 @@ def test_an_untouched_adaptation_is_identical(file, gaitsim):
     assert (kept["adaptation"], kept["identical"]) == (str(file), True)
 
 
-def without_a_trial(session):
-    del session["said"][2]
-    for at, one in enumerate(session["said"], 1):
-        one["trial"] = one["proposal"]["number"] = at
+def without_a_trial(record):
+    del record["trials"][2]
+    for number, one in enumerate(record["trials"], 1):
+        one["number"] = number
 
 
-def swapped(session):
-    second, third = session["said"][1:3]
-    second["proposal"], third["proposal"] = third["proposal"], second["proposal"]
-    second["values"], third["values"] = third["values"], second["values"]
-    second["proposal"]["number"], third["proposal"]["number"] = 2, 3
+def swapped(record):
+    trials = record["trials"]
+    trials[1], trials[2] = trials[2] | {"number": 2}, trials[1] | {"number": 3}
 
 
-def another_member(session):
-    tried = {one["proposal"]["member"] for one in session["said"]}
-    session["said"][3]["proposal"]["member"] = min({*range(1, 9)} - tried)
+def another_member(record):
+    tried = {one["member"] for one in record["trials"]}
+    record["trials"][3]["member"] = min({*range(1, 9)} - tried)
 
 
 def changed(name, by=1e-9, at=3):
-    def change(session):
-        session["said"][at]["proposal"][name] += by
+    def change(record):
+        record["trials"][at][name] += by
 
     return change
 
 
 def result(by, at):
-    def change(session):
-        session["said"][at]["values"][0] += by
+    def change(record):
+        record["trials"][at]["values"][0] += by
 
     return change
 
 
-def corrected(session):
-    change = {"kind": "correction", "trial": 1, "values": [0.1], "outcome": "fell"}
-    session["said"].insert(2, session["said"][0] | change | {"proposal": None})
-
-
 def set_to(name, value, inside=None):
-    def change(session):
-        (session[inside] if inside else session)[name] = value
+    def change(record):
+        (record[inside] if inside else record)[name] = value
 
     return change
 
@@ -102,7 +95,6 @@ TAMPERINGS = {
     "an expected value": changed("expected"),
     "a deviation": changed("deviation"),
     "a result, which later proposals follow from": result(0.5, 0),
-    "a correction, which later proposals follow from": corrected,
     "the last result": result(1e-9, 4),
     "the damage": set_to("damage", ["B lost"]),
     "the measure": set_to("measure", "turn A"),
@@ -120,45 +112,48 @@ ON_A_ROBOT = {"the last result", "the damage"}
 def test_tampering_is_found(file, name):
     if file.stem == "robot" and name in ON_A_ROBOT:
         pytest.skip("a statement of the user")
-    session = json.loads(file.read_text())
-    TAMPERINGS[name](session)
-    file.write_text(json.dumps(session))
+    record = json.loads(file.read_text())
+    TAMPERINGS[name](record)
+    file.write_text(json.dumps(record))
     assert not verified(file).identical
 
 
-def test_known_damage_changed_gaits_repeats_and_corrections_are_replayed(atlas):
-    settings = {"trials": 3, "refine": 2, "repeats": 1}
+def test_known_damage_and_changed_gaits_are_replayed(atlas):
+    settings = {"trials": 3, "refine": 2, "repeats": 0}
     adaptation = open_adaptation(
         RunSnapshot(atlas), ("A lost",), place="robot", settings=settings, known=True, workers=1
     )
     while adaptation.proposal is not None:
         adaptation.record(0.3 + 0.1 * adaptation.proposal.member % 0.7)
-        if len(adaptation.trials) == 2:
-            adaptation.correct(1, 0.9)
-            adaptation.repeat(2, 0.2)
     assert [bool(trial.genome) for trial in adaptation.trials][-2:] == [True, True]
     path = adaptation.path
     verdict = verified(path)
     assert verdict.identical, verdict.differences
-    session = json.loads(path.read_text())
-    changed = next(
-        one["proposal"] for one in session["said"] if (one["proposal"] or {}).get("genome")
-    )
+    record = json.loads(path.read_text())
+    changed = next(one for one in record["trials"] if one["genome"])
     changed["genome"][0] += 1e-9
-    path.write_text(json.dumps(session))
+    path.write_text(json.dumps(record))
     assert "with other genes" in str(verified(path).differences[0])
-    session["said"][-2]["proposal"]["genome"].pop()
-    path.write_text(json.dumps(session))
+    changed["genome"].pop()
+    path.write_text(json.dumps(record))
     with pytest.raises(RunError, match="a changed gait does not fit the body"):
         verified(path)
     with pytest.raises(RunError, match="a changed gait does not fit the body"):
         open_adaptation(RunSnapshot(atlas), ("A lost",), place="robot", workers=1)
 
 
+def test_proposals_after_a_correction_are_not_compared(atlas):
+    adaptation = open_adaptation(RunSnapshot(atlas), (), place="robot", settings=SETTINGS)
+    for value in (0.4, 0.5, 0.6):
+        adaptation.record(value)
+    adaptation.correct(1, 0.9)
+    assert verified(adaptation.path).identical
+
+
 def test_a_robot_is_not_turned_into_a_simulation(file):
-    session = json.loads(file.read_text())
-    other = {"simulation": "robot", "robot": "simulation"}[session["place"]]
-    file.write_text(json.dumps(session | {"place": other}))
+    record = json.loads(file.read_text())
+    other = {"simulation": "robot", "robot": "simulation"}[record["place"]]
+    file.write_text(json.dumps(record | {"place": other}))
     verdict = verified(file)
     assert not verdict.complete or not verdict.identical
 
@@ -182,6 +177,7 @@ def test_a_file_elsewhere_needs_its_atlas(file, atlas, tmp_path, gaitsim):
     moved = shutil.copy(file, tmp_path / "moved.json")
     assert "--atlas spider-atlas" in gaitsim("verify", moved, code=2).stderr
     assert "identical" in gaitsim("verify", moved, "--atlas", "atlas", "--workers", 1).stdout
+    assert "only adaptations" in gaitsim("verify", "atlas", "--atlas", "atlas", code=2).stderr
     assert gs.verify(file).identical
     assert "verify each of its files" in gaitsim("verify", "atlas", "--workers", 1).stdout
 
@@ -259,7 +255,7 @@ def more_trials(case):
 
 
 REPORT_TAMPERINGS = {
-    "a measured value": in_trial("measured", 0.1),
+    "a measured value": in_case(lambda case: case["trials"][1].update(values=[0.1])),
     "an expected value": in_trial("expected", 1e-9),
     "a random gait": in_case(random_result),
     "a trial deleted": in_case(lambda case: (case["trials"].pop(), case["random"].pop())),

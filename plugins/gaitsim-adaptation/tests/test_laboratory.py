@@ -14,7 +14,7 @@ from gaitsim.individual import Member
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.writer import RunWriter
-from gaitsim_adaptation.adaptation import read_session, session_file
+from gaitsim_adaptation.adaptation import adaptation_file, read_record
 from gaitsim_adaptation.damage import damage_texts, set_joint, toggle_leg
 from gaitsim_adaptation.laboratory import Laboratory
 from gaitsim_adaptation.laboratory_panels import axes_of, mark
@@ -45,7 +45,7 @@ def plan(screen):
 
 
 def test_trials_are_marked_on_a_map_of_the_damaged_leg():
-    trials = [Trial(number, number, 1.0, 0.1, 0.5) for number in (1, 10, 36)]
+    trials = [Trial(number, number, 1.0, 0.1, (0.5,)) for number in (1, 10, 36)]
     assert [mark(trial, trials[1]) for trial in trials] == ["1", "★", "+"]
     assert mark(trials[1], None) == "a"
     pairs = (("duty factor L1", "duty factor R1"), ("duty factor L2", "duty factor R2"))
@@ -81,8 +81,8 @@ async def refine_and_measure(driver, screen, atlas):
     await driver.at("Ask")
     await driver.press("escape")
     await driver.at("Laboratory")
-    (said,) = read_session(session_file(atlas, "L2-lost_robot")).said
-    assert said.values == (0.62,)
+    (trial,) = read_record(adaptation_file(atlas, "L2-lost_robot")).trials
+    assert trial.values == (0.62,)
     return refined
 
 
@@ -108,7 +108,7 @@ async def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
         trials = screen.adaptation.trials
         assert screen.trials.table.row_count == len(trials) > 0
         assert {*screen.trials.map.marks} == {trial.member for trial in trials}
-        assert read_session(session_file(atlas, "L2-lost")).trials == trials
+        assert read_record(adaptation_file(atlas, "L2-lost")).trials == trials
         await driver.press("v")
         verify = await driver.at("Verify")
         assert verify.command_line() == "gaitsim verify runs/atlas/adaptations/L2-lost.json"

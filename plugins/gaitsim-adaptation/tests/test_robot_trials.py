@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 import gaitsim as gs
-from gaitsim_adaptation.adaptation import read_session, session_file, trials_of
-from gaitsim_adaptation.answers import Reading
+from gaitsim_adaptation.adaptation import adaptation_file, read_record
+from gaitsim_adaptation.answers import AnswerReader
 from gaitsim_adaptation.trials import propose
 from gaitsim_wire.trials import Played
 
-METRES = Reading("m")
+METRES = AnswerReader("m")
 
 
 @pytest.mark.parametrize(
@@ -22,18 +22,18 @@ METRES = Reading("m")
         ("1,2", METRES, (1.2,), "walked"),
         (" 62cm ", METRES, (0.62,), "walked"),
         ("62 cm 0.6 m; 58cm", METRES, (0.62, 0.6, 0.58), "walked"),
-        ("62", Reading("m", "cm"), (0.62,), "walked"),
+        ("62", AnswerReader("m", "cm"), (0.62,), "walked"),
         ("-1e-1", METRES, (-0.1,), "walked"),
         ("2 ft", METRES, (0.6096,), "walked"),
         ("fell", METRES, (0.0,), "fell"),
         ("Fell 30cm", METRES, (0.3,), "fell"),
         ("0.3 fell", METRES, (0.3,), "fell"),
         ("could not play", METRES, (0.0,), "could not play"),
-        ("5", Reading("m", "", 2.0, 10.0), (4.0,), "walked"),
-        ("0.5min", Reading("m", "", 3.0, 10.0), (1.0,), "walked"),
-        ("fell 0.4", Reading("m", "s", 2.0, 10.0), (0.4,), "fell"),
-        ("90", Reading("°", "deg"), (90.0,), "walked"),
-        ("3", Reading(""), (3.0,), "walked"),
+        ("5", AnswerReader("m", "", 2.0, 10.0), (4.0,), "walked"),
+        ("0.5min", AnswerReader("m", "", 3.0, 10.0), (1.0,), "walked"),
+        ("fell 0.4", AnswerReader("m", "s", 2.0, 10.0), (0.4,), "fell"),
+        ("90", AnswerReader("°", "deg"), (90.0,), "walked"),
+        ("3", AnswerReader(""), (3.0,), "walked"),
     ],
 )
 def test_what_people_type_is_understood(text, reading, values, outcome):
@@ -49,9 +49,9 @@ def test_what_is_not_understood_is_refused(text):
     with pytest.raises(gs.GaitsimError, match=r"invalid|unknown unit"):
         METRES.read(text)
     with pytest.raises(gs.GaitsimError, match="unknown unit"):
-        Reading("m", "kg")
+        AnswerReader("m", "kg")
     with pytest.raises(gs.GaitsimError, match="invalid time"):
-        Reading("m", "", 2.0, 10.0).read("0")
+        AnswerReader("m", "", 2.0, 10.0).read("0")
 
 
 def objects(done):
@@ -68,9 +68,8 @@ def test_results_are_corrected_repeated_and_undone(robot, atlas):
     (first,) = objects(robot("--stop", 2, "--json"))
     robot("--measured", "50cm")
     robot("--measured", "fell 0.1")
-    session = read_session(session_file(atlas, "mine"))
-    assert [one.text for one in session.said] == ["50cm", "fell 0.1"]
-    assert [trial.outcome for trial in session.trials] == ["walked", "fell"]
+    trials = read_record(adaptation_file(atlas, "mine")).trials
+    assert [(one.values, one.outcome) for one in trials] == [((0.5,), "walked"), ((0.1,), "fell")]
     corrected, following = objects(robot("--correct", 1, "0.7", "--json"))
     assert (corrected["trial"], corrected["member"], corrected["measured"]) == (
         1,
@@ -84,34 +83,27 @@ def test_results_are_corrected_repeated_and_undone(robot, atlas):
         0.5,
         2,
     )
-    undone, _ = objects(robot("--undo", "--json"))
-    assert undone["undone"] == "repeat"
-    undone, again = objects(robot("--undo", "--json"))
-    assert (undone["undone"], undone["trial"], again["proposal"]) == ("correction", 1, 3)
-    said = read_session(session_file(atlas, "mine")).said
-    assert said == session.said
-    shown = robot().stdout
-    assert "fell, measured 0.100 m" in shown
+    assert "fell, measured 0.100 m" in robot().stdout
     assert "there is no trial 9" in robot("--correct", 9, 1, code=2).stderr
     assert "--measured and --undo" in robot("--measured", 1, "--undo", code=2).stderr
-    for _ in said:
-        robot("--undo")
+    undone, again = objects(robot("--undo", "--json"))
+    assert (undone["undone"], undone["measured"], again["proposal"]) == (2, 0.1, 2)
+    assert "removed trial 1, measured mean of 2 0.600 m" in robot("--undo").stdout
+    assert read_record(adaptation_file(atlas, "mine")).trials == ()
     assert "no result to undo" in robot("--undo", code=2).stderr
 
 
-def test_every_proposal_follows_from_what_was_said_before_it(robot, atlas):
+def test_every_proposal_follows_from_earlier_trials(robot, atlas):
     robot("--stop", 2, "--damage", "B lost", "--robot", "--refine", 2, "--trials", 3)
-    for change in (["--measured", 0.5], ["--measured", "fell"], ["--correct", 1, 0.9]):
+    for change in (["--measured", 0.5], ["--correct", 1, 0.9], ["--measured", "fell"]):
         robot(*change)
     for value in (0.6, 0.7, 1.1):
         robot("--measured", value)
     adaptation = gs.adapt(gs.load(atlas), robot=True, name="mine")
-    session = adaptation.session
-    assert session.damage == ("B lost",)
-    for at, one in enumerate(session.said):
-        if one.kind == "trial":
-            before = trials_of(session.said[:at])
-            assert propose(adaptation.prior, before, session.settings) == one.proposal
+    assert adaptation.damage == ("B lost",)
+    for at, trial in enumerate(adaptation.trials):
+        found = propose(adaptation.prior, adaptation.trials[:at], adaptation.settings)
+        assert vars(found).items() <= vars(trial).items()
     assert [bool(trial.genome) for trial in adaptation.trials] == [False] * 3 + [True] * 2
     # The best gait is measured twice more, and the lowest value counts.
     assert adaptation.best.number == 5
@@ -134,7 +126,7 @@ def test_an_implausible_result_is_questioned(robot, gaitsim, atlas, monkeypatch)
     asked = robot("--interactive")
     assert asked.stdout.count("Is that right?") == 2
     assert "there is no trial 1" in asked.stderr
-    (one,) = read_session(session_file(atlas, "mine")).said
+    (one,) = read_record(adaptation_file(atlas, "mine")).trials
     assert one.values == (62.0,)
     # The format of the first call is remembered.
     assert [file.suffix for file in sorted((atlas / "exports").iterdir())] == [".csv", ".csv"]
@@ -142,10 +134,9 @@ def test_an_implausible_result_is_questioned(robot, gaitsim, atlas, monkeypatch)
 
 def test_a_file_of_an_older_version_is_refused(robot, atlas):
     robot()
-    path = session_file(atlas, "mine")
+    path = adaptation_file(atlas, "mine")
     stored = json.loads(path.read_text())
-    del stored["format"]
-    stored["trials"] = stored.pop("said")
+    stored |= {"format": 2, "said": stored.pop("trials")}
     path.write_text(json.dumps(stored))
     assert "older version" in robot(code=2).stderr
     robot("--fresh")
@@ -163,7 +154,7 @@ def test_the_scale_of_a_robot_is_learned_or_given(atlas, scale):
     assert len([*gs.adapt(run, robot=weak, scale=scale)]) == 1
     assert len([*gs.adapt(run, robot=weak, name="whole", trials=3)]) == 3
     given = gs.adapt(run, robot=weak, scale="whole")
-    assert given.session.settings.scale == pytest.approx(scale)
+    assert given.settings.scale == pytest.approx(scale)
     with pytest.raises(gs.GaitsimError, match="intact robot"):
         gs.adapt(run, robot=weak, scale="none")
 

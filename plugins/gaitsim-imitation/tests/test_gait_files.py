@@ -142,11 +142,6 @@ def test_invalid_input_is_one_message(arguments, says, folder, gaitsim):
     assert not list(folder.glob("imitator-*"))
 
 
-def test_a_run_rejects_a_given_body(puppet_run):
-    with pytest.raises(gs.GaitsimError, match="defines its own body"):
-        gs.imitate(puppet_run().path, body="spider")
-
-
 def test_invalid_arguments_in_python_are_one_message(champion):
     for arguments, says in (
         ({"epoch": 3}, "epoch"),

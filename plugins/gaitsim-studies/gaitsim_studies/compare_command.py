@@ -289,8 +289,8 @@ def _write(folder: Path, findings: Findings, again: str, format: PlotFormat) -> 
     from gaitsim.plugin.commands import as_json, report_files
     from gaitsim.plugin.pictures import LIGHT, save
     from gaitsim.plugin.runs import write_bytes
-    from gaitsim_studies.comparison_plots import FIGURES
     from gaitsim_studies.comparison_report import CURVES, REPORT, TABLE, VALUES, write_comparison
+    from gaitsim_studies.plots import FIGURES
 
     figures = [folder / f"{kind}.{format}" for kind in FIGURES]
     for path, draw in zip(figures, FIGURES.values(), strict=True):

@@ -46,7 +46,7 @@ class Comparison(ReprMixin, Findings):
             GaitsimError: the kind is unknown.
         """
         from gaitsim.plugin.pictures import DARK, LIGHT, enable_notebook_display
-        from gaitsim_studies.comparison_plots import FIGURES
+        from gaitsim_studies.plots import FIGURES
 
         if kind not in FIGURES:
             raise unknown("kind of plot", kind, FIGURES)

@@ -25,7 +25,7 @@ from gaitsim_studies.statistics import (
 )
 
 
-class Table(NamedTuple):
+class ReportTable(NamedTuple):
     """A table of the report.
 
     Attributes:
@@ -136,7 +136,7 @@ def to_dict(findings: Findings) -> dict[str, object]:
     }
 
 
-def tables(findings: Findings) -> list[Table]:
+def tables(findings: Findings) -> list[ReportTable]:
     """Return the tables of the report."""
     interval = f"{100 * CONFIDENCE:.0f} % CI"
     descriptions = [
@@ -193,8 +193,8 @@ def tables(findings: Findings) -> list[Table]:
         few = f" Areas have no interval with fewer than {LEAST_FOR_MEANS} repeats."
     after = f"Best scores after {findings.evaluations:,} evaluations, {findings.repeats} repeats"
     return [
-        Table(after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
-        Table(
+        ReportTable(after, ["experiment", "median", interval, "quartiles", "range"], descriptions),
+        ReportTable(
             "Differences",
             ["pair", "p", "p (Holm)", "A12", interval, "effect", "differs at 5 %"],
             pairs,
@@ -203,19 +203,19 @@ def tables(findings: Findings) -> list[Table]:
             f"named only if the whole interval agrees. Holm's procedure corrects all "
             f"{findings.tests} tests of this report together.",
         ),
-        Table(
+        ReportTable(
             f"ECDF over {target_words(findings)}",
             ["experiment", "area", interval, "reached at the end"],
             areas,
             f"Targets: {findings.ecdf_rule}.{few}",
         ),
-        Table(
+        ReportTable(
             "Successes and expected running times (ERT), evaluations",
             ["target", "experiment", "successes", f"rate, {interval}", "ERT", f"ERT, {interval}"],
             reached,
             f"Targets: {findings.ert_rule}.",
         ),
-        Table(
+        ReportTable(
             "Differences at the targets",
             [
                 "target",

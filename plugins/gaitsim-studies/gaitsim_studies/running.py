@@ -32,7 +32,7 @@ from gaitsim.plugin.runs import (
     sweep,
     write_bytes,
 )
-from gaitsim_studies.file import STUDY, Cell, Study, cells, read_study
+from gaitsim_studies.file import Cell, Study
 
 _OWN = "gaitsim"
 # The dependencies of gaitsim that compute results. `gaitsim.storage.compatibility.versions` lists
@@ -252,22 +252,6 @@ def results(
         [(cell, best) for cell, best in found if best is not None],
         [cell for cell, best in found if best is None],
     )
-
-
-def read_cells(folder: Path) -> tuple[Study, list[tuple[Cell, Best]]]:
-    """Return the study in a folder, and its finished cells with their results.
-
-    Raises:
-        GaitsimError: the folder holds no study.
-    """
-    if not (folder / STUDY).is_file():
-        raise GaitsimError(
-            f"{folder} is not the folder of a study",
-            allowed="a folder that 'gaitsim study' has written, such as studies/rates",
-        )
-    study, _ = read_study(str(folder / STUDY))
-    found, _ = results(folder, study, cells(study, folder, str(folder / STUDY)))
-    return study, found
 
 
 def run_cells(

@@ -57,9 +57,9 @@ class Studies(GaitScreen):
 One run says little about an option. Studies and comparisons repeat experiments from different
 random populations.
 
-- A **study** sweeps options over ranges: a table of all combinations, the share of the variance
-  that each option explains, surfaces, and the cheapest combination that reaches a target. A stopped
-  study keeps its finished cells and can be **continued**.
+- A **study** sweeps options over ranges: a table of all combinations, surfaces, and the
+  cheapest combination that reaches a target. A stopped study keeps its finished cells and can be
+  **continued**.
 - A **comparison** compares experiments: medians with intervals, tests of each pair with effect
   sizes, how often and how soon a target is reached. A stopped comparison keeps its finished
   repeats: starting it again continues it.

@@ -78,10 +78,9 @@ class RunStudy(Action):
         from gaitsim.plugin.commands import cluster, print_json
         from gaitsim.plugin.runs import RunLock, check_links, create_folder
         from gaitsim_studies.file import STUDY, cells, experiment_files, read_study
-        from gaitsim_studies.parallel import plot_cells
+        from gaitsim_studies.plots import plot_cells, plot_surfaces
         from gaitsim_studies.results import write_results
         from gaitsim_studies.running import results
-        from gaitsim_studies.surface_plots import plot_surfaces
 
         resumed = os.path.lexists(Path(self.study) / STUDY)
         if resumed:

@@ -9,9 +9,9 @@ from run_helpers import STUDY
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim_studies.file import MOST_SCORES, cells, parse_study
+from gaitsim_studies.plots import plot_surfaces
 from gaitsim_studies.results import write_results
 from gaitsim_studies.running import CELLS, FRESH, run_cells
-from gaitsim_studies.surface_plots import plot_surfaces
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim_studies.file import Study
-from gaitsim_studies.parallel import view_of
+from gaitsim_studies.plots import view_of
 
 
 def test_cells_of_a_study_are_lines_across_its_options():

@@ -1,7 +1,6 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
-from numpy.typing import NDArray
+from hypothesis import settings, strategies as st
 
 from gaitsim_studies.runtimes import TARGETS, ecdf, spaced_targets, summarise_target
 
@@ -30,28 +29,6 @@ BESTS = st.lists(st.lists(st.integers(0, 5), min_size=4, max_size=4), min_size=1
 RUNS = settings(max_examples=40)
 
 
-@RUNS
-@given(BESTS, st.integers(0, 6))
-def test_ert_agrees_with_the_equation_of_hansen_and_others(
-    scores: list[list[int]], target: int
-) -> None:
-    """ERT = RT_s + (1 − p_s) / p_s RT_us, after Hansen et al. (2021).
-
-    RT_s and RT_us are the mean runtimes of successful and unsuccessful runs; p_s is the share of
-    successful runs.
-    """
-    runs = [np.maximum.accumulate(one).tolist() for one in scores]
-    runtimes = [7 * (1 + next(i for i in range(4) if run[i] >= target))
-                for run in runs if run[-1] >= target]  # fmt: skip
-    share = len(runtimes) / len(runs)
-    expected = np.mean(runtimes) + (1 - share) / share * 28 if runtimes else np.inf
-    best = np.array(runs, dtype=float)
-    found = summarise_target(best, 7 * np.arange(1, 5), target)
-    assert found.ert == pytest.approx(expected)
-    assert not found.low > found.ert
-    assert not found.high < found.ert
-
-
 @pytest.mark.parametrize("p", [0.02, 0.3, 0.6])
 def test_the_interval_of_an_ert_has_its_confidence_level(p: float) -> None:
     """Runs last at most 5 generations of 1, each of which succeeds with probability p."""
@@ -73,25 +50,6 @@ def test_ecdf_and_area_of_a_small_example() -> None:
     # Zero for ten evaluations, then three steps, the last one twice as long.
     assert found.area == pytest.approx((6 + 10 + 11 + 11) / 12 / 5)
     assert np.isnan([found.low, found.high]).all()  # three repeats are too few
-
-
-@RUNS
-@given(BESTS, st.integers(1, 3))
-def test_the_ecdf_is_the_distribution_of_runtimes(scores: list[list[int]], size: int) -> None:
-    """A step function of evaluations does not depend on how generations are cut."""
-    best = np.maximum.accumulate(np.array(scores, dtype=float), axis=1)
-    targets = np.array([1.0, 3.0, 4.0])
-    coarse = ecdf(best, 6 * np.arange(1, 5), 24, targets)
-    fine: NDArray[np.int64] = (6 // size) * np.arange(1, 4 * size + 1)
-    held = np.repeat(np.pad(best, ((0, 0), (1, 0)), constant_values=-np.inf), size, axis=1)
-    cut = ecdf(held[:, 1 : 4 * size + 1], fine, 24, targets)
-    assert cut.area == pytest.approx(coarse.area)
-    counted = [(best[run] >= aim).argmax() for run in range(len(best)) for aim in targets
-               if best[run, -1] >= aim]  # fmt: skip
-    pairs = len(best) * len(targets)
-    assert coarse.share.tolist() == pytest.approx(
-        [sum(at <= last for at in counted) / pairs for last in range(4)]
-    )
 
 
 def test_targets_lie_between_the_worst_start_and_the_best_end() -> None:

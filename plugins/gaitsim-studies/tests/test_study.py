@@ -1,6 +1,5 @@
 import csv
 import io
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,7 +12,6 @@ from gaitsim_studies.results import table
 from gaitsim_studies.running import (
     read_result,
     recorded_generations,
-    repeat_experiment,
     results,
     run_cells,
 )
@@ -112,14 +110,6 @@ def test_a_changed_study_reuses_no_result(tmp_path) -> None:
         assert before in text
         changed = parse_study(text.replace(before, after), "small.toml")
         assert results(tmp_path, changed, cells(changed))[0] == [], after
-
-
-def test_a_longer_run_starts_like_a_shorter_one() -> None:
-    (cell, *_) = cells(parse_study(SMALL, "small.toml"))
-    whole = repeat_experiment(cell.experiment, 5)
-    evolution = cell.experiment.evolution.model_copy(update={"generations": 3})
-    short = repeat_experiment(replace(cell.experiment, evolution=evolution), 5)
-    np.testing.assert_array_equal(whole[:, :3], short)
 
 
 def test_an_interrupted_study_resumes_to_the_same_table(tmp_path) -> None:

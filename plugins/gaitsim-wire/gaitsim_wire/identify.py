@@ -103,7 +103,7 @@ class Identify(Action):
 
     def _distances(self) -> list[float]:
         """Return the distance of each recording, m; NaN if unknown."""
-        from gaitsim_adaptation.answers import Reading
+        from gaitsim_adaptation.answers import AnswerReader
 
         texts = self.distance or ()
         if len(texts) not in (0, len(self.recordings)):
@@ -112,7 +112,7 @@ class Identify(Action):
                 where="--distance",
                 allowed="one for each recording, in their order, or none",
             )
-        answers = [Reading("m").read(text) for text in texts]
+        answers = [AnswerReader("m").read(text) for text in texts]
         for text, answer in zip(texts, answers, strict=True):
             if len(answer.values) != 1 or answer.outcome != "walked" or not answer.values[0] > 0:
                 allowed = "one length above 0, such as 62cm"

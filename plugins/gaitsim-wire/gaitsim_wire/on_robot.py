@@ -13,7 +13,7 @@ from gaitsim_wire.wire import WireOptions
 
 if TYPE_CHECKING:
     from gaitsim.plugin.runs import Individual
-    from gaitsim_adaptation.answers import Reading
+    from gaitsim_adaptation.answers import AnswerReader
     from gaitsim_adaptation.trials import Proposal
     from gaitsim_wire.trials import Played, RobotSearch, Trial
 
@@ -116,10 +116,10 @@ class EvolveRobot(ChosenIndividual, WireOptions):
             notice,
             read_individual,
         )
-        from gaitsim_adaptation.answers import Reading
+        from gaitsim_adaptation.answers import AnswerReader
 
         self.check_wire()
-        reading = Reading("m", self.unit)
+        reading = AnswerReader("m", self.unit)
         individual = read_individual(self.run, self.choice)
         folder = self.out or Path(f"{individual.experiment.name}-robot")
         search = self._search(folder, individual)
@@ -171,7 +171,7 @@ class EvolveRobot(ChosenIndividual, WireOptions):
             raise RunError(f"cannot create {folder}: {error.strerror}", where="--out") from None
         return RobotSearch(folder / FILE, log)
 
-    def _try_next(self, search: RobotSearch, reading: Reading) -> bool:
+    def _try_next(self, search: RobotSearch, reading: AnswerReader) -> bool:
         """Play the next gait and record its result; return False if the user quits."""
         from gaitsim.plugin.commands import echo, notice
 
