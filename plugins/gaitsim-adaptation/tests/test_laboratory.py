@@ -14,10 +14,10 @@ from gaitsim.individual import Member
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.writer import RunWriter
-from gaitsim_adaptation.adaptation import adaptation_file, read_record
 from gaitsim_adaptation.damage import damage_texts, set_joint, toggle_leg
 from gaitsim_adaptation.laboratory import Laboratory
 from gaitsim_adaptation.laboratory_panels import axes_of, mark
+from gaitsim_adaptation.record import adaptation_file, read_record
 from gaitsim_adaptation.trials import Trial
 
 
