@@ -114,10 +114,7 @@ API = {
             "gaitsim.encoding.amplitude_limit",
             "gaitsim.encoding.limit_steps",
             "gaitsim.encoding.check_joint_angles",
-            "gaitsim.testing.check",
-            "gaitsim.testing.check_package",
-            "gaitsim.testing.report.Report",
-            "gaitsim.testing.report.Finding",
+            "gaitsim.testing",
         ],
     ),
 }

@@ -20,6 +20,7 @@ import typing as _typing
 
 if _typing.TYPE_CHECKING:
     from gaitsim.api import (
+        Individual as Individual,
         Run as Run,
         RunningSearch as RunningSearch,
         analyse as analyse,
@@ -49,7 +50,7 @@ if _typing.TYPE_CHECKING:
         load_atlas as load_atlas,
         load_experiment as load_experiment,
     )
-    from gaitsim.individual import Individual as Individual, Member as Member
+    from gaitsim.individual import Member as Member
     from gaitsim.optimiser import Optimiser as Optimiser
     from gaitsim.registry.python_plugins import scalar as scalar
     from gaitsim.sharing.challenge import Challenge as Challenge
@@ -57,7 +58,8 @@ if _typing.TYPE_CHECKING:
 # Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
 _NAMES = {
     "gaitsim.api": (
-        "Run RunningSearch analyse evolve export load picture presets runs share verify view"
+        "Individual Run RunningSearch analyse evolve export load picture presets runs share "
+        "verify view"
     ),
     "gaitsim.contracts": "BitSpace Fitness Motion Organism RealSpace",
     "gaitsim.errors": "GaitsimError",
@@ -65,7 +67,7 @@ _NAMES = {
     "gaitsim.evaluation": "Evaluation",
     "gaitsim.evolution": "Generation",
     "gaitsim.experiment": "Experiment load_atlas load_experiment",
-    "gaitsim.individual": "Individual Member",
+    "gaitsim.individual": "Member",
     "gaitsim.optimiser": "Optimiser",
     "gaitsim.registry.python_plugins": "scalar",
     "gaitsim.sharing.challenge": "Challenge",

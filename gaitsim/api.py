@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, Any, Self, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from gaitsim import evolution
+from gaitsim import evolution, individual as recorded
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
-from gaitsim.contracts import GenomeSpace
+from gaitsim.contracts import Exported, GenomeSpace
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator, Executor
@@ -23,12 +23,11 @@ from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import in_engine, with_damage, with_world
-from gaitsim.gait.report import gait_warnings
-from gaitsim.individual import Individual, Member, Which
+from gaitsim.gait.report import GaitAnalysis, gait_warnings
+from gaitsim.individual import Member, Which
 from gaitsim.inspecting import (
     DataFrame,
-    Exported,
-    GaitAnalysis,
+    InspectedIndividual as Individual,
     data_frame,
     export as _export,
     plot,
@@ -47,7 +46,7 @@ from gaitsim.sharing.challenge import (
     verify_challenge,
 )
 from gaitsim.steering import driven
-from gaitsim.storage.background import last_failure
+from gaitsim.storage.background import RunState, last_failure
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.checkpoint import Start
 from gaitsim.storage.files.folder import check_root, find_run
@@ -61,7 +60,7 @@ from gaitsim.storage.manage import (
     write_note,
     write_tags,
 )
-from gaitsim.storage.overview import State, list_overviews
+from gaitsim.storage.overview import list_overviews
 from gaitsim.storage.query import check_keys, parse_query, sort_runs
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import Verdict, verify_run
@@ -108,7 +107,7 @@ def evolve(
     set: Mapping[str, Any] | None = None,
     objectives: Mapping[str, str] | Sequence[str] | None = None,
     constraints: Mapping[str, float] | None = None,
-    start: ArrayLike | Individual | str | None = None,
+    start: ArrayLike | recorded.Individual | str | None = None,
     workers: int | None = None,
     dask: str | None = None,
     out: str | Path | None = None,
@@ -246,13 +245,15 @@ def presets() -> Table[str]:
     return Table("presets", [row["preset"] for row in rows], rows)
 
 
-Shown: TypeAlias = "Individual | Run | str | Path"
+Shown: TypeAlias = "recorded.Individual | Run | str | Path"
 """An individual, or a run, its folder or its name under `runs/`."""
 
 
 def _opened(subject: Shown) -> "Individual | Run":
-    if isinstance(subject, Individual | Run):
+    if isinstance(subject, Run):
         return subject
+    if isinstance(subject, recorded.Individual):
+        return Individual.of(subject)
     if isinstance(subject, str | Path):
         return load(subject)
     raise GaitsimError(
@@ -314,7 +315,7 @@ def export(subject: Shown, path: str | Path, format: str | None = None, **option
 
 
 def verify(
-    subject: "str | Path | Challenge | Individual | Run",
+    subject: "str | Path | Challenge | recorded.Individual | Run",
 ) -> Verdict | Checked:
     """Verify a run, an individual, a challenge code, a study, a comparison or an adaptation.
 
@@ -462,7 +463,7 @@ class Run(ReprMixin):
         return self.snapshot.generation
 
     @property
-    def state(self) -> State | None:
+    def state(self) -> RunState | None:
         """The state in `gaitsim runs`, such as `running`; None if the folder does not exist."""
         found = overview(self.path)
         return found.state if found else None
@@ -567,11 +568,11 @@ class Run(ReprMixin):
             found = with_world(found, conditions)
         found = in_engine(found, engine) if engine else found
         if drive is None:
-            return found
+            return Individual.of(found)
         found = driven(found, drive)
         for text in gait_warnings(found):
             warn(text)
-        return found
+        return Individual.of(found)
 
     def analyse(self) -> GaitAnalysis:
         """Return the analysis of the champion's gait; see `Individual.analyse`."""

@@ -4,33 +4,20 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.arguments import check_workers
 from gaitsim.contracts import Motion, RealSpace, Skeleton
 from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
-from gaitsim.evaluation.worlds import Ranges, World, describe
+from gaitsim.evaluation.worlds import World, describe
 from gaitsim.evolution import Generation
 from gaitsim.experiment import WORLD, Experiment
 from gaitsim.registry import contract_error, plugin_errors
 from gaitsim.registry.python_plugins import MissingFitness
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.toml import brief, shortened
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from gaitsim.inspecting import (
-        CheckResults,
-        DataFrame,
-        Exported,
-        FeedbackResults,
-        GaitAnalysis,
-        UnseenResults,
-    )
 
 
 class Measurement(NamedTuple):
@@ -118,7 +105,7 @@ class Individual(ReprMixin):
     @classmethod
     def of_generation(
         cls, experiment: Experiment, generation: Generation, index: int, source: Path | None = None
-    ) -> "Individual":
+    ) -> Self:
         """Return an individual of a generation by its index in the population, from 0."""
         score, terms = float(generation.scores[index]), generation.evaluation.terms_of(index)
         genome = generation.genomes[index]
@@ -327,119 +314,6 @@ class Individual(ReprMixin):
         if "joint_angles" not in self.experiment.organism.channels:
             return None
         return np.asarray(self.motion["joint_angles"][0], dtype=np.float64)
-
-    @property
-    def gait(self) -> str:
-        """The name of the gait, such as 'tetrapod'; see `analyse` for its measures.
-
-        Raises:
-            PluginError: the body cannot be moved or drawn.
-        """
-        return self.analyse().name.name
-
-    def analyse(self) -> "GaitAnalysis":
-        """Return the analysis of the gait: its name, footfalls and measures.
-
-        Raises:
-            PluginError: the body cannot be moved or drawn.
-        """
-        from gaitsim.inspecting import analyse_individual
-
-        return analyse_individual(self)
-
-    def in_worlds(
-        self,
-        number: int = 100,
-        *,
-        seed: int = 0,
-        ranges: Ranges | None = None,
-        workers: int | None = None,
-    ) -> "UnseenResults":
-        """Evaluate the individual in unseen worlds.
-
-        Args:
-            number: number of worlds.
-            seed: seed of the worlds.
-            ranges: lowest and highest value of each varying condition, by name; None for the
-                ranges of the experiment's worlds or, if it has none, the body's usual ranges.
-            workers: number of parallel workers; None chooses the body's default.
-
-        Raises:
-            GaitsimError: the body lacks these conditions or has none, or an argument is invalid.
-        """
-        from gaitsim.inspecting import evaluate_unseen
-
-        check_workers(workers)
-        return evaluate_unseen(self, number, seed=seed, ranges=ranges, workers=workers)
-
-    def checks(self, workers: int | None = None) -> "CheckResults | None":
-        """Check whether the gait holds in the body's checks; None for a body without checks.
-
-        Args:
-            workers: number of parallel workers; None chooses the body's default.
-        """
-        from gaitsim.inspecting import check_gait
-
-        check_workers(workers)
-        return check_gait(self, workers=workers)
-
-    def feedback(self, workers: int | None = None) -> "FeedbackResults | None":
-        """Compare the gait with and without its reflexes; None for a body without reflexes.
-
-        The servo horns have errors of 2°, drawn 10 times.
-
-        Args:
-            workers: number of parallel workers; None chooses the body's default.
-        """
-        from gaitsim.inspecting import compare_blind
-
-        check_workers(workers)
-        return compare_blind(self, workers=workers)
-
-    def plot(self, kind: str = "path", *, dark: bool = False, **options: Any) -> "Figure":
-        """Return a plot of the motion, as `Run.plot` does.
-
-        Args:
-            kind: a kind of plot for an individual, such as 'footfall' or 'joints'.
-            dark: whether the background is dark.
-            **options: options of the kind, such as `channel` or `window`.
-
-        Raises:
-            GaitsimError: the kind or an option is unknown, or the body lacks the data.
-        """
-        from gaitsim.inspecting import plot
-
-        return plot(kind, self, (), options, dark=dark)
-
-    def export(self, path: str | Path, format: str | None = None, **options: Any) -> "Exported":
-        """Write the individual to a file; see `gaitsim.export`."""
-        from gaitsim.inspecting import export
-
-        return export(self, Path(path), format, (), options)
-
-    def share(self) -> str:
-        """Return the challenge code of the individual, which `gaitsim.verify` verifies.
-
-        Raises:
-            GaitsimError: it has no genome or score, or the code would be too large.
-        """
-        from gaitsim.inspecting import code_of
-
-        return code_of(self)
-
-    def to_pandas(self) -> "DataFrame":
-        """Return all channels of the motion as a DataFrame, with a row for each frame.
-
-        The columns are `generation`, `score`, `frame` and `time (s)`, for some bodies `trial`, and
-        one for each entry of a channel with its unit, such as `feet L1 x (m)`.
-
-        Raises:
-            GaitsimError: pandas is not installed.
-            PluginError: the body cannot be moved.
-        """
-        from gaitsim.inspecting import motion_frame
-
-        return motion_frame(self)
 
     def _repr_fields(self) -> Mapping[str, ReprField]:
         return {

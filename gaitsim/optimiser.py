@@ -23,7 +23,7 @@ from gaitsim.experiment import Experiment
 from gaitsim.experiment.loading import python_experiment
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.individual import Individual
-from gaitsim.inspecting import DataFrame, data_frame
+from gaitsim.inspecting import DataFrame, InspectedIndividual, data_frame
 from gaitsim.registry.entry_points import PythonEntry
 from gaitsim.registry.python_plugins import motion_of, objective_names
 from gaitsim.repr_mixin import ReprField, ReprMixin
@@ -46,7 +46,7 @@ class TrackedSearch(ReprMixin):
         self.experiment = experiment
         self.path = path
         self.last: Generation | None = None
-        self.champion: Individual | None = None
+        self.champion: InspectedIndividual | None = None
         self._history: dict[str, array[float]] = {}
 
     @property
@@ -81,7 +81,7 @@ class TrackedSearch(ReprMixin):
             self._history.setdefault(name, array("d")).append(value)
         score = float(generation.scores[generation.best])
         if np.isfinite(score) and (self.champion is None or score > self.champion.score):
-            self.champion = Individual.of_generation(
+            self.champion = InspectedIndividual.of_generation(
                 self.experiment, generation, generation.best, self.path
             )
 

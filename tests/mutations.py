@@ -21,20 +21,6 @@ VALUES = (
 _TOKEN = re.compile(rb"[\w.+:-]+")
 
 
-def mutations(data: bytes, count: int, seed: int = 0):
-    """Yield copies of a file, each changed in one to three places."""
-    chance = random.Random(seed)
-    for _ in range(count):
-        yield changed_bytes(data, chance)
-
-
-def mutations_of_values(content: dict, count: int, seed: int = 0):
-    """Yield copies of nested dicts and lists, each with one to three values replaced or removed."""
-    chance = random.Random(seed)
-    for _ in range(count):
-        yield changed_values(content, chance)
-
-
 def changed_bytes(data: bytes, chance: random.Random) -> bytes:
     """Return a copy of a file, changed in one to three places."""
     for _ in range(chance.choice((1, 1, 1, 2, 3))):

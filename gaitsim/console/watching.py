@@ -67,71 +67,66 @@ def process_usage(run: Path) -> Usage | None:
     return Usage(share, memory)
 
 
-class RunsMonitor:
-    """The evolving, queued and paused runs of a folder, with their speed and load.
+def watch(
+    root: Path, query: Query, *, json: bool, sleep: Callable[[float], object] = time.sleep
+) -> None:
+    """Show the evolving, queued and paused runs of a folder until Ctrl-C.
+
+    Without a terminal, print them once. With JSON, print a line for each run every second, until
+    none evolves.
 
     Args:
         root: folder that holds the runs.
         query: query that the runs match.
+        json: whether to print JSON.
+        sleep: function that waits for a number of seconds.
     """
+    watcher, console = RunsWatcher(root), output()
+    speeds: dict[Path, Speed] = {}
 
-    def __init__(self, root: Path, query: Query) -> None:
-        self._watcher, self._query = RunsWatcher(root), query
-        self._speeds: dict[Path, Speed] = {}
-
-    def poll(self) -> list[dict[str, Any]]:
-        """Return the current values of each run."""
-        runs = [run for run in self._query.select(self._watcher.poll()) if run.evolves]
-        self._speeds = {run.path: self._speeds.get(run.path, Speed(RECENT)) for run in runs}
+    def poll() -> list[dict[str, Any]]:
+        runs = [run for run in query.select(watcher.poll()) if run.evolves]
         queue = queued_runs()
-        return [self._read(run, queue) for run in runs]
+        return [_values(run, queue, speeds.setdefault(run.path, Speed(RECENT))) for run in runs]
 
-    def _read(self, run: Overview, queue: list[Path]) -> dict[str, Any]:
-        speed = self._speeds[run.path]
-        if run.state == "running":
-            speed.add(run.generation, run.evaluations)
-        else:
-            speed.clear()
-        rate = speed.per_second()["generations_per_second"]
-        usage, path = process_usage(run.path), run.path.resolve()
-        return {
-            "run": run.name,
-            "state": run.state,
-            "queue_position": queue.index(path) + 1 if path in queue else None,
-            "generation": run.generation,
-            "generations": run.generations,
-            "best": run.best,
-            "generations_per_second": rate,
-            "seconds_left": (run.generations - run.generation) / rate if rate else None,
-            "cpu_percent": 100 * usage.share if usage else None,
-            "memory_bytes": usage.memory if usage else None,
-        }
-
-
-def watch(
-    root: Path, query: Query, *, json: bool, sleep: Callable[[float], object] = time.sleep
-) -> None:
-    """Show the evolving runs until Ctrl-C; without a terminal, print them once.
-
-    With JSON, print a line for each run every second, until none evolves.
-    """
-    monitor, console = RunsMonitor(root, query), output()
     try:
         with interruptible():
             if json:
-                while rows := monitor.poll():
+                while rows := poll():
                     for row in rows:
                         print_json({"time": time.time(), **row})
                     sleep(PERIOD)
             elif not console.is_terminal:
-                console.print(_table(monitor.poll()))
+                console.print(_table(poll()))
             else:
-                with Live(_table(monitor.poll()), console=console, auto_refresh=False) as live:
+                with Live(_table(poll()), console=console, auto_refresh=False) as live:
                     while True:
                         sleep(PERIOD)
-                        live.update(_table(monitor.poll()), refresh=True)
+                        live.update(_table(poll()), refresh=True)
     except KeyboardInterrupt:
         return
+
+
+def _values(run: Overview, queue: list[Path], speed: Speed) -> dict[str, Any]:
+    """Return the current values of a run."""
+    if run.state == "running":
+        speed.add(run.generation, run.evaluations)
+    else:
+        speed.clear()
+    rate = speed.per_second()["generations_per_second"]
+    usage, path = process_usage(run.path), run.path.resolve()
+    return {
+        "run": run.name,
+        "state": run.state,
+        "queue_position": queue.index(path) + 1 if path in queue else None,
+        "generation": run.generation,
+        "generations": run.generations,
+        "best": run.best,
+        "generations_per_second": rate,
+        "seconds_left": (run.generations - run.generation) / rate if rate else None,
+        "cpu_percent": 100 * usage.share if usage else None,
+        "memory_bytes": usage.memory if usage else None,
+    }
 
 
 def _table(rows: list[dict[str, Any]]) -> Table | Text:

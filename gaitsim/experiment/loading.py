@@ -26,7 +26,7 @@ from gaitsim.registry import (
     find,
     options,
 )
-from gaitsim.registry.entry_points import ARGUMENTS, PYTHON
+from gaitsim.registry.entry_points import ARGUMENTS, python_name
 from gaitsim.registry.loading import read_preset
 from gaitsim.registry.options import PLUGIN
 from gaitsim.registry.python_plugins import python_options
@@ -299,21 +299,17 @@ def _default_toml(body: Any, space: Any, search: str) -> str:
 def check_functions_match(
     sections: Mapping[str, Mapping[str, Any]], outlines: Collection[ExperimentOutline], where: str
 ) -> None:
-    """Check that the functions passed for a run are those that evolved it, in any stage."""
+    """Check that the functions passed for a run have the names of those that evolved it."""
     for kind, table in sections.items():
-        known = [one.plugins[kind] for one in outlines]
-        if table[PLUGIN] in known:
-            continue
-        last, argument = known[-1], ARGUMENTS[kind]
-        edited = last.startswith(PYTHON) and _label(last) == _label(table[PLUGIN])
-        reason = "the code, the space or the version of Python has changed" if edited else ""
-        raise GaitsimError(
-            f"the {argument} of the run is {last!r}, not {table[PLUGIN]!r}"
-            + (f": {reason}" if reason else ""),
-            where=where,
-            allowed=f"the {argument} that evolved the run",
-            remedy=f"run.resume({argument}=…) continues with another {argument}, as a new stage",
-        )
+        known = [python_name(one.plugins[kind]) for one in outlines]
+        argument = ARGUMENTS[kind]
+        if table[PLUGIN] not in known:
+            raise GaitsimError(
+                f"the {argument} of the run is {known[-1]!r}, not {table[PLUGIN]!r}",
+                where=where,
+                allowed=f"the {argument} that evolved the run",
+                remedy=f"run.resume({argument}=…) continues with another one, as a new stage",
+            )
 
 
 def resumed_options(
@@ -329,8 +325,4 @@ def resumed_options(
 
 def _differs(outline: ExperimentOutline, kind: str, key: str, value: Any) -> bool:
     now = outline.sections[kind].get(key, options.NOT_SET)
-    return bool(now != value)
-
-
-def _label(name: str) -> str:
-    return name.partition("@")[0]
+    return bool((python_name(now) if key == PLUGIN else now) != value)

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
-from gaitsim.live.protocol import Best, RunCommand, State, read_command
+from gaitsim.live.protocol import Best, RunCommand, read_command
 from gaitsim.live.reporter import Reporter
 from gaitsim.live.slots import Slot
+from gaitsim.storage.background import RunState
 from gaitsim.storage.writer import RunWriter
 
 PERIOD = 0.4  # seconds between two checks for a free slot, and for the run's folder
@@ -73,7 +74,7 @@ class CommandQueue:
 
         threading.Thread(target=read, daemon=True).start()
 
-    def wait_for_slot(self, on_state: Callable[[State], None]) -> bool:
+    def wait_for_slot(self, on_state: Callable[[RunState], None]) -> bool:
         """Wait for a slot before the run is opened; return False on a `stop`.
 
         A `set` is queued for `next`.
@@ -99,7 +100,7 @@ class CommandQueue:
                     self._step = verb == "step"
         return True
 
-    def next(self, on_state: Callable[[State], None]) -> RunCommand | None:
+    def next(self, on_state: Callable[[RunState], None]) -> RunCommand | None:
         """Wait while paused or queued; return a `stop` or `set`, or None to evolve a generation.
 
         Args:
@@ -147,7 +148,7 @@ class CommandQueue:
             return None
 
 
-def _report(state: State, reported: str, on_state: Callable[[State], None]) -> str:
+def _report(state: RunState, reported: str, on_state: Callable[[RunState], None]) -> str:
     """Report a state unless it is `reported`, the last one; return it."""
     if state != reported:
         on_state(state)
@@ -163,7 +164,7 @@ def evolve_live(
     generations: int | None = None,
     workers: int | None = None,
     any_version: bool = False,
-) -> State:
+) -> RunState:
     """Evolve the run in `path` until it is finished or stopped.
 
     A `set` closes and reopens the run. The other options are those of `plan_resume`.
@@ -217,7 +218,7 @@ def _evolve(writer: RunWriter, commands: CommandQueue, reporter: Reporter) -> st
     reporter.evolution_starts(writer.last, _champion(writer))
     generations = writer.evolve()
 
-    def report(state: State) -> None:
+    def report(state: RunState) -> None:
         if state != "running":
             writer.save()  # before waiting
         reporter.state(state)

@@ -16,11 +16,12 @@ from typing import Any, Unpack
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
-from gaitsim.live.protocol import RunCommand, Snapshot, State, merge, read_snapshot, write_command
+from gaitsim.live.protocol import RunCommand, Snapshot, merge, read_snapshot, write_command
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.storage.background import (
     SOCKET,
     BackgroundProcess,
+    RunState,
     address,
     background_process,
     last_failure,
@@ -40,7 +41,7 @@ LONGEST_LINE = 2**26  # bytes: rows of 1000 generations with hundreds of terms
 CONNECT_PERIOD = 0.1  # seconds between two attempts to connect
 
 
-def background_state(run: Path) -> State | None:
+def background_state(run: Path) -> RunState | None:
     """Return the state of a run's background process; None if it has none."""
     found = background_process(run)
     return found.state if found else None
@@ -352,7 +353,7 @@ class RunProcess:
         self._updated.set()
 
 
-def _in_state(known: Snapshot, state: State) -> Snapshot:
+def _in_state(known: Snapshot, state: RunState) -> Snapshot:
     """Return a known snapshot in a different state, without rows and events."""
     return replace(
         known,

@@ -14,15 +14,11 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, error_from_dict
 from gaitsim.evolution import Generation
 from gaitsim.experiment import Experiment, ExperimentOutline, Overrides, Typed
+from gaitsim.storage.background import RunState
 from gaitsim.storage.files.history import island_bests
 from gaitsim.storage.growing import Rows
 
-State = Literal[
-    "preparing", "queued", "running", "paused", "finished", "stopped", "failed", "elsewhere"
-]
-"""State of a run; `elsewhere` while a program that cannot be controlled writes it."""
-
-ENDED: tuple[State, ...] = ("finished", "stopped", "failed")
+ENDED: tuple[RunState, ...] = ("finished", "stopped", "failed")
 PROGRESS_KEYS = ("generation", "generations", "stage", "scored_from", "evaluations")
 """Keys of a snapshot about the progress of the run."""
 
@@ -101,7 +97,7 @@ class Snapshot:
     The package's docstring lists the attributes; each column of `rows` is (generations,).
     """
 
-    state: State
+    state: RunState
     reason: str = ""
     generation: int = 0
     generations: int = 0

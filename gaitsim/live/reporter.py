@@ -17,10 +17,10 @@ from gaitsim.live.protocol import (
     Event,
     EventKind,
     Speed,
-    State,
     top_individuals,
     write_snapshot,
 )
+from gaitsim.storage.background import RunState
 from gaitsim.storage.files.folder import CHAMPIONS, kept_file
 from gaitsim.storage.files.history import island_bests, row
 from gaitsim.storage.writer import RunWriter
@@ -47,7 +47,7 @@ class Reporter:
         self,
         write: Callable[[bytes], object],
         on_disconnect: Callable[[], None] = lambda: None,
-        on_state: Callable[[State, GaitsimError | None], object] = lambda state, error: None,
+        on_state: Callable[[RunState, GaitsimError | None], object] = lambda state, error: None,
         period: float = PERIOD,
         clock: Clock = time.monotonic,
     ) -> None:
@@ -150,7 +150,7 @@ class Reporter:
         """Report a warning about the next generation."""
         self.event(self._values["generation"], "warning", text)
 
-    def state(self, state: State, reason: str = "", error: GaitsimError | None = None) -> None:
+    def state(self, state: RunState, reason: str = "", error: GaitsimError | None = None) -> None:
         """Report a state and an error; after a final state, wait until all is written."""
         with self._lock:  # a client that has read the state from a file is greeted with the same
             self._on_state(state, error)

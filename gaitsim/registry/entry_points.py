@@ -2,10 +2,9 @@
 
 Calls into a plugin are tracked, and its errors name its package.
 
-Fitness functions and bodies passed in Python are registered in this process alone. Their name, such
-as `python:forward@1a2b3c4d`, ends with a checksum of the code, so that a changed function gets
-another name. An experiment with a function that is not registered can be read, but its individuals
-can neither move nor be scored.
+Fitness functions and bodies passed in Python are registered in this process alone, under names such
+as `python:forward`. An experiment with a function that is not registered can be read, but its
+individuals can neither move nor be scored.
 """
 
 import os
@@ -14,7 +13,7 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from importlib.metadata import Distribution, EntryPoint, distributions
 from keyword import iskeyword
@@ -407,7 +406,7 @@ class PythonEntry(Entry):
     @property
     def label(self) -> str:
         """The name of the function or class."""
-        return self.name.removeprefix(PYTHON).partition("@")[0]
+        return python_name(self.name).removeprefix(PYTHON)
 
     @property
     def argument(self) -> str:
@@ -463,8 +462,14 @@ def register(entry: PythonEntry) -> None:
     _registered[entry.kind, entry.name] = entry
 
 
+def python_name(name: str) -> str:
+    """Return the name of a Python function; older versions appended a checksum, `@1a2b3c4d`."""
+    return name.partition("@")[0] if name.startswith(PYTHON) else name
+
+
 def find_registered(kind: str, name: str) -> PythonEntry:
     """Return the entry of a `python:` name; its model is None if the name is not registered."""
     if (kind, name) == ("fitness", SCORE):
         return PythonEntry(kind, name, "gaitsim", "gaitsim", "")
-    return _registered.get((kind, name)) or PythonEntry(kind, name, "Python", OUTSIDE, "")
+    found = _registered.get((kind, python_name(name)))
+    return replace(found or PythonEntry(kind, name, "Python", OUTSIDE, ""), name=name)

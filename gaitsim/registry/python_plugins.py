@@ -6,8 +6,6 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
-from hashlib import sha256
-from pathlib import Path
 from types import CodeType
 from typing import Any, ClassVar
 
@@ -413,7 +411,7 @@ def _section(kind: str, thing: Any, space: GenomeSpace | None) -> dict[str, Any]
         return {PLUGIN: _name_of(kind, type(thing)), **values, **options.values(thing)}
     code = _code_of(kind, thing)
     label, target = thing.__name__.strip("<>"), f"{code.co_filename}, line {code.co_firstlineno}"
-    name = f"{PYTHON}{label}@{_checksum(thing, space)}"
+    name = f"{PYTHON}{label}"
     entry = PythonEntry(kind, name, target, OUTSIDE, "", file=code.co_filename)
     _register_function(entry, thing, space)
     return {PLUGIN: name}
@@ -488,7 +486,7 @@ def _name_of(kind: str, model: type[Plugin]) -> str:
             return name
     code = next((code for part in vars(model).values() if (code := _code(part))), None)
     file = code.co_filename if code else ""
-    name = f"{PYTHON}{model.__name__}@{_checksum(model, None)}"
+    name = f"{PYTHON}{model.__name__}"
     where = f"{file}, class {model.__name__}" if file else f"class {model.__name__}"
     entry = PythonEntry(kind, name, where, OUTSIDE, "", file=file)
     if found := problems(kind, model):
@@ -533,68 +531,3 @@ def _code(thing: Any) -> CodeType | None:
     if isinstance(thing, staticmethod | classmethod):
         found = getattr(thing.__func__, "__code__", None)
     return found if isinstance(found, CodeType) else None
-
-
-def _checksum(thing: Any, space: GenomeSpace | None) -> str:
-    """Return 8 hex digits of the SHA-256 of the code, defaults, closure and genome space."""
-    parts = _class_parts(thing) if isinstance(thing, type) else _function_parts(thing)
-    digest = sha256("\n".join(parts).encode())
-    for name, value in sorted(vars(space).items()) if space is not None else ():
-        digest.update(f"{name} {_plain(value)}".encode())
-    return digest.hexdigest()[:8]
-
-
-def _class_parts(model: type) -> Iterator[str]:
-    for one in model.__mro__:
-        if one.__module__.partition(".")[0] in ("gaitsim", "pydantic", "abc", "builtins"):
-            continue
-        for name, value in sorted(vars(one).items()):
-            if name.startswith(("__", "model_")):
-                continue
-            if (code := _code(value)) is not None:
-                yield name
-                yield from _code_parts(code)
-            else:
-                yield f"{name} {_plain(value)}"
-    for name, field in getattr(model, "model_fields", {}).items():
-        yield f"{name} {field.annotation} {_plain(field.default)}"
-
-
-def _function_parts(function: Any) -> Iterator[str]:
-    code, inner = _code(function), inspect.unwrap(function)
-    if code is not None:
-        yield from _code_parts(code)
-    outer = getattr(function, "__code__", None)
-    if isinstance(outer, CodeType) and outer is not code:  # a wrapper, such as that of `scalar`
-        yield outer.co_qualname
-    values = [*(getattr(inner, "__defaults__", None) or ())]
-    values += sorted((getattr(inner, "__kwdefaults__", None) or {}).items())
-    for cell in getattr(inner, "__closure__", None) or ():
-        try:
-            values.append(cell.cell_contents)
-        except ValueError:  # not bound yet
-            values.append(None)
-    yield from map(_plain, values)
-
-
-def _code_parts(code: CodeType) -> Iterator[str]:
-    yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames}"
-    for value in code.co_consts:
-        if isinstance(value, CodeType):
-            yield from _code_parts(value)
-        else:
-            yield _plain(value)
-
-
-def _plain(value: Any) -> str:
-    """Return a text that identifies a plain value or array in any process; '' for other objects."""
-    if isinstance(value, np.ndarray) and value.dtype != object:
-        return f"{value.dtype} {value.shape} {sha256(value.tobytes()).hexdigest()}"
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_plain, value))}]"
-    if isinstance(value, frozenset | set):
-        return f"{{{', '.join(sorted(map(_plain, value)))}}}"
-    simple = isinstance(
-        value, bool | int | float | complex | str | bytes | Path | None | np.generic
-    )
-    return repr(value) if simple else ""

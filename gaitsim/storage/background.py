@@ -22,7 +22,7 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.opening import open_descriptor, read_regular
@@ -37,7 +37,23 @@ LARGEST = 2**20  # bytes of a status or an error
 LONGEST_ADDRESS = 100  # bytes of a socket's address; the limit is 104 on macOS, 108 on Linux
 END_OF_LOG = 10_000  # bytes at the end of the log that are searched for the last line
 
-BackgroundState = Literal["preparing", "queued", "running", "paused"]
+RunState = Literal[
+    "preparing",
+    "queued",
+    "running",
+    "paused",
+    "finished",
+    "stopped",
+    "failed",
+    "elsewhere",
+    "older format",
+    "newer format",
+    "damaged",
+]
+"""State of a run: preparing (its process is starting), queued or paused (its process is waiting),
+running, finished (a stop condition holds), stopped (it can be resumed), failed (its process failed;
+it can be resumed), elsewhere (a program that cannot be controlled writes it), in an older or newer
+format (written by another version of gaitsim), or damaged."""
 # Predicate for messages about a background run, by state.
 STATE_PREDICATES: Mapping[str, str] = {
     "preparing": "is being prepared",
@@ -60,7 +76,7 @@ class BackgroundProcess:
 
     run: Path
     pid: int
-    state: BackgroundState
+    state: RunState
     started: float
 
 
@@ -251,7 +267,7 @@ def _parse_live_process(data: Mapping[str, Any], lock: Path) -> BackgroundProces
             "pid": int(pid),
             "state": state,
             "started": float(started),
-        } if state in get_args(BackgroundState) and is_file_locked(lock):
+        } if state in STATE_PREDICATES and is_file_locked(lock):
             return BackgroundProcess(Path(run), pid, state, started)
     return None
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.errors import GaitsimError
-from gaitsim.storage.background import runtime_names, status_names
+from gaitsim.storage.background import RunState, runtime_names, status_names
 from gaitsim.storage.files.folder import (
     CHANGING,
     EXPERIMENT,
@@ -26,7 +26,6 @@ from gaitsim.storage.files.safe_pickle import NewerVersionError, SchemaVersionEr
 from gaitsim.storage.files.tables import Columns, open_records, read_head, read_rows
 from gaitsim.storage.overview import (
     Overview,
-    State,
     annotations,
     options_of,
     run_state,
@@ -315,7 +314,7 @@ def _foreign_format(run: RunSnapshot) -> GaitsimError | None:
     return None
 
 
-def _state_of(problem: GaitsimError) -> State:
+def _state_of(problem: GaitsimError) -> RunState:
     if isinstance(problem, NewerVersionError):
         return "newer format"
     return "older format" if isinstance(problem, SchemaVersionError) else "damaged"

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, fields
 from itertools import islice
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError, RunError
@@ -18,6 +18,7 @@ from gaitsim.opening import open_regular, read_regular
 from gaitsim.registry import KINDS
 from gaitsim.stopping import SearchProgress, stop_reason
 from gaitsim.storage.background import (
+    RunState,
     background_process,
     last_failure,
     runtime_names,
@@ -41,7 +42,7 @@ _HEAD += b"diversity,seconds"
 _SECONDS = _HEAD.count(b",")
 _MEAN = "mean:"
 
-State = Literal[
+LISTED: tuple[RunState, ...] = (
     "running",
     "queued",
     "paused",
@@ -51,7 +52,8 @@ State = Literal[
     "older format",
     "newer format",
     "damaged",
-]
+)
+"""The states of runs in lists; a run that is prepared or written elsewhere is running."""
 
 
 @dataclass(frozen=True)
@@ -60,10 +62,7 @@ class Overview:
 
     Attributes:
         path: folder of the run.
-        state: running (a process is evolving it), queued or paused (a background process is
-            waiting), stopped (it can be resumed), failed (it can be resumed, but its background
-            process failed), finished (a stop condition holds), older or newer format (written by
-            another version of gaitsim), or damaged.
+        state: state of the run, one of `LISTED`.
         plugins: name of each plugin by kind.
         description: description of the experiment.
         seed: seed of the experiment.
@@ -85,7 +84,7 @@ class Overview:
     """
 
     path: Path
-    state: State
+    state: RunState
     plugins: Mapping[str, str]
     description: str = ""
     seed: int = 0
@@ -142,7 +141,9 @@ def list_overviews(
     return [run for run in found if run is not None]
 
 
-def run_state(run: Path, *, finished: bool, background: bool) -> tuple[State, GaitsimError | None]:
+def run_state(
+    run: Path, *, finished: bool, background: bool
+) -> tuple[RunState, GaitsimError | None]:
     """Return the state of a run, and the failure of its background process.
 
     Args:

@@ -10,11 +10,11 @@ import shlex
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, get_args
+from typing import Any
 
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.registry import KINDS
-from gaitsim.storage.overview import Overview, State
+from gaitsim.storage.overview import LISTED, Overview
 
 Value = str | float | bool | tuple[Any, ...]
 
@@ -197,11 +197,11 @@ def _condition(key: str, sign: str, text: str, negated: bool) -> Condition:
     ordered = sign in _ORDERED
     if key in TEXTS and ordered:
         raise _not_ordered(key)
-    if key == "state" and text and text.casefold() not in get_args(State):
+    if key == "state" and text and text.casefold() not in LISTED:
         raise GaitsimError(
             f"unknown state {text!r:.100}",
-            allowed=", ".join(get_args(State)),
-            remedy=nearest(text.casefold(), get_args(State)),
+            allowed=", ".join(LISTED),
+            remedy=nearest(text.casefold(), LISTED),
         )
     number = _number(key, text)
     if number is None and (ordered or (key in NUMBERS and text)):

@@ -11,6 +11,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.contracts import Genomes
 from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import (
@@ -41,7 +42,13 @@ from gaitsim.storage.files.folder import (
     kept_file,
     kept_generations,
 )
-from gaitsim.storage.files.history import best_terms, island_bests, islands_record, row
+from gaitsim.storage.files.history import (
+    best_terms,
+    island_bests,
+    islands_record,
+    row,
+    terms_of,
+)
 from gaitsim.storage.files.records import (
     NONE,
     RECORD,
@@ -217,17 +224,7 @@ def verify_run(
                 found += wrong
                 break
     else:
-        for stage in run.stages:
-            with new_evaluator(run.experiment_at(stage.last)) as evaluator:
-                numbers = range(stage.first, stage.last + 1)
-                for _, group in groupby(numbers, stage.outline.worlds.first_of_draw):
-                    same_worlds = [*group]
-                    for at in range(0, len(same_worlds), BATCH):
-                        batch = same_worlds[at : at + BATCH]
-                        found += _best_differences(run, batch, evaluator)
-                        advance(len(batch))
-                if stage.last == last:
-                    found += _population_differences(run, evaluator)
+        found += _differences_of_evaluations(run, new_evaluator, advance)
     found.sort(key=lambda one: one.generation)
     origins = read_provenance(run.path)
     return Verdict(
@@ -335,21 +332,13 @@ def _file_differences(run: RunSnapshot) -> Iterator[FileDifference]:
 
 def _row_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     """Compare history, bests and islands with each other and with their checksums."""
-    for at, score in enumerate(run.bests["score"].tolist()):
-        number = at + 1
-        found, stage = row_of(run, number), run.stage_at(number).number
-        if found["best"] != score:
-            yield FileDifference(
-                HISTORY, f"best is {found['best']!r}, {score!r} in {BESTS}", number
-            )
-        if run.islands.shape[1] > 1 and (islands := float(run.islands[at].max())) != score:
-            yield FileDifference(ISLANDS, f"best is {islands!r}, {score!r} in {BESTS}", number)
-        if found["stage"] != stage:
-            text = f"stage is {found['stage']:g}, {stage} in {CHECKPOINT}"
-            yield FileDifference(HISTORY, text, number)
+    for number, score in enumerate(run.bests["score"].tolist(), start=1):
+        best = float(run.history["best"][number - 1])
+        if best != score:
+            yield FileDifference(HISTORY, f"best is {best!r}, {score!r} in {BESTS}", number)
         if number > len(run.checksums):
             yield FileDifference(CHECKSUMS, "the checksum is missing", number)
-        elif run.checksums[at]["chain"].tobytes() != expected_chain(run, number):
+        elif run.checksums[number - 1]["chain"].tobytes() != expected_chain(run, number):
             text = f"does not fit the row or record of {HISTORY}, {BESTS} or {ISLANDS}"
             yield FileDifference(CHECKSUMS, text, number)
 
@@ -534,7 +523,37 @@ def _different_arrays(
     ]
 
 
-def _best_differences(
+def _differences_of_evaluations(
+    run: RunSnapshot,
+    new_evaluator: Callable[[Experiment], Evaluator],
+    advance: Callable[[int], object],
+) -> Iterator[FileDifference]:
+    """Evaluate again the best individuals, the last population, and a front or archive."""
+    for stage in run.stages:
+        with new_evaluator(run.experiment_at(stage.last)) as evaluator:
+            numbers = range(stage.first, stage.last + 1)
+            for _, group in groupby(numbers, stage.outline.worlds.first_of_draw):
+                same_worlds = [*group]
+                for at in range(0, len(same_worlds), BATCH):
+                    batch = same_worlds[at : at + BATCH]
+                    yield from _differences_of_bests(run, batch, evaluator)
+                    advance(len(batch))
+            if stage.last < run.generation:
+                continue
+            last, members = run.finished, run.members
+            if not out_of_bounds(evaluator.experiment, last.genomes, "the population"):
+                then = {"score": last.scores, **last.terms, **last.values}
+                for name, at in _wrong_values(evaluator, last.genomes, stage.last, then):
+                    text = f"the {name} of individual {at} differs when evaluated again"
+                    yield FileDifference(CHECKPOINT, text, stage.last)
+            if members is not None and len(members.scores):
+                then = {"score": members.scores, **members.values}
+                for name, at in _wrong_values(evaluator, members.genomes, stage.last, then):
+                    text = f"the {name} of member {at + 1} differs when evaluated again"
+                    yield FileDifference(CHECKPOINT, text, stage.last)
+
+
+def _differences_of_bests(
     run: RunSnapshot, numbers: Sequence[int], evaluator: Evaluator
 ) -> Iterator[FileDifference]:
     """Evaluate the best individuals of generations with the same worlds."""
@@ -544,39 +563,25 @@ def _best_differences(
             genomes[number] = run.best_genome(number)
         except RunError as error:
             yield FileDifference(BESTS, error.what, number)
-    if not genomes:
-        return
-    again = evaluator.evaluate(np.stack([*genomes.values()]), numbers[0])
-    for at, number in enumerate(genomes):
-        then = {"score": float(run.bests[number - 1]["score"]), **best_terms(run.history, number)}
-        now = {name: float(values[at]) for name, values in again.terms.items()}
-        for name, value in {**now, "score": float(again.scores[at])}.items():
-            if not np.isnan(value) and then.get(name) != value:
-                text = f"the {name} is {then.get(name)!r}, but {value!r} when evaluated again"
-                yield FileDifference(BESTS, text, number)
+    if genomes:
+        rows = np.array([*genomes]) - 1
+        then = {name: run.history[name][rows] for name in terms_of(run.history)}
+        then["score"] = run.bests["score"][rows]
+        again = np.stack([*genomes.values()])
+        for name, at in _wrong_values(evaluator, again, numbers[0], then):
+            text = f"the {name} of the best individual differs when evaluated again"
+            yield FileDifference(BESTS, text, [*genomes][at])
 
 
-def _population_differences(run: RunSnapshot, evaluator: Evaluator) -> Iterator[FileDifference]:
-    """Evaluate the last population, and the members of a front or archive."""
-    last, number = run.finished, run.generation
-    if not out_of_bounds(run.experiment_at(number), last.genomes, "the population"):
-        again = evaluator.evaluate(last.genomes, number)
-        for at in np.flatnonzero(last.scores != again.scores)[:1]:
-            then, now = float(last.scores[at]), float(again.scores[at])
-            text = f"the score of individual {at} is {then!r}, but {now!r} when evaluated again"
-            yield FileDifference(CHECKPOINT, text, number)
-        for name in _different_arrays(
-            {**last.terms, **last.values}, {**again.terms, **again.values}
-        ):
-            yield FileDifference(CHECKPOINT, f"the term or value {name} differs", number)
-    members = run.members
-    if members is not None and len(members.scores):
-        again = evaluator.evaluate(members.genomes, number)
-        computed = {**again.terms, **again.values, "score": again.scores}
-        recorded = {**members.values, "score": members.scores}
-        common = {name: values for name, values in recorded.items() if name in computed}
-        for name in _different_arrays(common, {name: computed[name] for name in common}):
-            yield FileDifference(CHECKPOINT, f"the {name} of the members differs", number)
+def _wrong_values(
+    evaluator: Evaluator, genomes: Genomes, number: int, then: Mapping[str, NDArray[Any]]
+) -> Iterator[tuple[str, int]]:
+    """Yield the name and the index of each value that differs when genomes are evaluated again."""
+    again = evaluator.evaluate(genomes, number)
+    for name, values in {**again.terms, **again.values, "score": again.scores}.items():
+        if name in then:
+            for at in np.flatnonzero((then[name] != values) & ~np.isnan(values)):
+                yield name, int(at)
 
 
 def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Generation]:

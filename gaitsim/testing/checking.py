@@ -66,7 +66,7 @@ def check_plugins(found: PluginSelection, *, seconds: float = SECONDS) -> Iterat
 
 def _check(entries: Sequence[Entry], path: Sequence[str], seconds: float) -> Iterator[Checked]:
     checked = [Checked(entry) for entry in entries]
-    end = _run_pytest(checked, path, seconds)
+    end = run_pytest(checked, path, seconds)
     if not end:
         yield from checked
     elif len(entries) > 1:
@@ -79,7 +79,7 @@ def _check(entries: Sequence[Entry], path: Sequence[str], seconds: float) -> Ite
         yield checked[0]
 
 
-def _run_pytest(checked: Sequence[Checked], path: Sequence[str], seconds: float) -> str:
+def run_pytest(checked: Sequence[Checked], path: Sequence[str], seconds: float) -> str:
     """Check plugins in one process, and add what it finds; return how it ended if it was early."""
     variables = {
         "PYTHONPATH": os.pathsep.join([*path, *filter(None, sys.path)]),
@@ -94,6 +94,7 @@ def _run_pytest(checked: Sequence[Checked], path: Sequence[str], seconds: float)
         command = [sys.executable, "-P", "-m", "pytest", "--verbose", "--tb=no", "--no-header"]
         for plugin in ("gaitsim.testing.plugin", "pytest_timeout"):
             command += ["-p", plugin]
+        command += [f"--confcutdir={Path(__file__).parent}"]  # not that of a source tree
         command += ["-p", "no:cacheprovider", "-c", "pytest.ini", "--basetemp=tmp"]
         command += ["--junit-xml=found.xml", f"--timeout={seconds}", "--timeout-method=signal"]
         command += [f"--gaitsim={one.entry.kind}:{one.entry.name}" for one in checked]
@@ -133,12 +134,14 @@ def _describe_end(code: int | None, output: str) -> str:
 
 def _read(file: Path, checked: Sequence[Checked]) -> None:
     """Add the findings in a report of pytest, which `gaitsim.testing.plugin` wrote into it."""
-    by_name = {(one.entry.kind, one.entry.name, one.entry.package): one for one in checked}
+    by_name: dict[tuple[str, ...], Checked] = {
+        (one.entry.kind, one.entry.name, one.entry.package): one for one in checked
+    }
     for case in ElementTree.parse(file).iter("testcase"):
         found = [(one.get("name"), one.get("value", "")) for one in case.iter("property")]
         values = dict(found)
-        one = by_name.get((values.get("kind"), values.get("name"), values.get("package")))
-        if one is not None:
+        key = tuple(values.get(part, "") for part in ("kind", "name", "package"))
+        if one := by_name.get(key):
             one.broken += [text for name, text in found if name == "broken"]
             one.advice += [text for name, text in found if name == "advice"]
             one.rate = float(values.get("rate", one.rate))

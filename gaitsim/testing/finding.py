@@ -52,6 +52,13 @@ def advise(followed: object, actual: str, expected: str, fix: str) -> None:
         warnings.warn(text, Advice, stacklevel=2)
 
 
+def note_output(text: str) -> None:
+    """Advise against the output of a plugin."""
+    allowed = "no standard output, because it is reserved for results, such as JSON"
+    fix = "use the module logging, or print(…, file=sys.stderr)"
+    taken.append(str(GaitsimError(f"prints {text[:200]!r}", allowed=allowed, remedy=fix)))
+
+
 def explain(entry: Entry, error: BaseException) -> str:
     """Return the message about an exception in a check; one of the plugin names its line."""
     if isinstance(error, GaitsimError):

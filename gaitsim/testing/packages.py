@@ -12,14 +12,25 @@ from typing import Any
 from gaitsim import registry, toml
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.experiment.loading import read_file
-from gaitsim.registry import COMMANDS, EXPERIMENTS, FILES, PLUGINS, PRODUCTS, REFLEX, STUDIES, Entry
+from gaitsim.registry import (
+    COMMANDS,
+    EXPERIMENTS,
+    FILES,
+    KINDS,
+    PLUGINS,
+    PRODUCTS,
+    REFLEX,
+    STUDIES,
+    Entry,
+)
 from gaitsim.registry.entry_points import normalized
 from gaitsim.registry.options import OPERATORS
 
 CHECKED = (*PLUGINS, EXPERIMENTS, COMMANDS)
 """The kinds of plugin that can be checked."""
-KINDS = {
-    "declarations": CHECKED,
+MODULES = {
+    "names": CHECKED,
+    "declarations": PLUGINS,
     "bodies": ("organism",),
     "fitnesses": ("fitness",),
     "searches": ("search",),
@@ -28,8 +39,9 @@ KINDS = {
     "products": PRODUCTS,
     "presets": (EXPERIMENTS,),
     "commands": (COMMANDS,),
+    "processes": (*KINDS, REFLEX),
 }
-"""The kinds of plugin that each module of `gaitsim.testing.checks` checks."""
+"""The kinds of plugin that each module of `gaitsim.testing.checks` checks, in this order."""
 _GROUP = "gaitsim."
 
 

@@ -48,12 +48,13 @@ class Checks:
 
     def __init__(self, config: pytest.Config, named: "list[str | Path]") -> None:
         from gaitsim.errors import GaitsimError
-        from gaitsim.testing.packages import KINDS, select_plugins
+        from gaitsim.testing.packages import MODULES, select_plugins
 
-        self.options = json.loads(config.getoption("gaitsim_options"))
+        self.options: dict[str, Any] = json.loads(config.getoption("gaitsim_options"))
         self._open = ExitStack()
         self._unusable: set[Entry] = set()
-        self._printed: set[Entry] = set()
+        self._reported: set[tuple[Entry, str]] = set()
+        self._advised: set[tuple[Entry, str]] = set()
         self.entries: list[Entry] = []
         try:
             for reference in named:
@@ -64,9 +65,10 @@ class Checks:
             self._open.close()
             raise pytest.UsageError(str(error)) from None
         kinds = {entry.kind for entry in self.entries}
-        config.args += [
-            str(_CHECKS / f"test_{name}.py") for name, of in KINDS.items() if kinds & {*of}
+        self._files = [
+            str(_CHECKS / f"test_{name}.py") for name, of in MODULES.items() if kinds & {*of}
         ]
+        config.args += self._files
 
     def pytest_unconfigure(self) -> None:
         """Remove the temporary metadata of packages that are not installed."""
@@ -80,10 +82,29 @@ class Checks:
             names = [f"{entry.kind}-{entry.name}" for entry in entries]
             metafunc.parametrize("entry", entries, ids=names, scope="session")
 
+    @pytest.hookimpl(trylast=True)
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Check one plugin after the other, each by the modules in order."""
+        others = [item for item in items if _entry(item) is None]
+        checks = [item for item in items if _entry(item) is not None]
+        places = {entry: place for place, entry in enumerate(self.entries)}
+        files = {file: place for place, file in enumerate(self._files)}
+
+        def key(item: Any) -> tuple[int, ...]:
+            line = item.function.__code__.co_firstlineno
+            return places[item.callspec.params["entry"]], files[str(item.path)], line
+
+        items[:] = others + sorted(checks, key=key)
+
     def pytest_runtest_setup(self, item: pytest.Item) -> None:
-        """Skip what cannot be checked, as an earlier check of the plugin failed or timed out."""
-        if _entry(item) in self._unusable:
+        """Skip what cannot be checked, and more cases of a rule that is known to be broken."""
+        entry = _entry(item)
+        if entry in self._unusable or (entry, _rule(item)) in self._reported:
             pytest.skip("an earlier check of the plugin failed")
+
+    def has_failed(self, entry: "Entry") -> bool:
+        """Return whether a check of a plugin has failed."""
+        return any(entry == reported for reported, _ in self._reported)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
@@ -94,31 +115,32 @@ class Checks:
         if (entry := _entry(item)) is None:
             return report
         from gaitsim.errors import GaitsimError
-        from gaitsim.testing.finding import explain, taken
+        from gaitsim.testing.finding import explain, note_output, taken
 
+        if report.capstdout and (entry, "output") not in self._advised:
+            self._advised.add((entry, "output"))
+            note_output(report.capstdout)
         properties = item.user_properties
         if call.when == "setup":
             properties += [(part, getattr(entry, part)) for part in ("kind", "name", "package")]
-        properties += [("advice", text) for text in taken]
+        for text in taken:
+            if (entry, text) not in self._advised:
+                self._advised.add((entry, text))
+                properties.append(("advice", text))
         taken.clear()
-        if report.capstdout and entry not in self._printed:
-            self._printed.add(entry)
-            what = f"prints {report.capstdout[:200]!r}"
-            allowed = "no standard output, because it is reserved for results, such as JSON"
-            fix = "use the module logging, or print(…, file=sys.stderr)"
-            properties.append(("advice", str(GaitsimError(what, allowed=allowed, remedy=fix))))
         if report.failed and call.excinfo is not None:
             error = call.excinfo.value
-            timeout = isinstance(error, pytest.fail.Exception)
             text = explain(entry, error)
-            if timeout:
+            if timeout := isinstance(error, pytest.fail.Exception):
                 fix = "look for an endless loop in this step, or increase --seconds"
                 text = str(GaitsimError(f"the time limit is exceeded: {error}", remedy=fix))
-            name = item.name.partition("[")[0].removeprefix("test_").replace("_", " ")
-            properties.append(("broken", f"{name}: {text}"))
             if isinstance(error, GaitsimError):
                 report.longrepr = text
-            if timeout or call.when == "setup":
+            rule = _rule(item) if call.when != "teardown" else "randomness"
+            if (entry, rule) not in self._reported:
+                properties.append(("broken", f"{rule}: {text}"))
+            self._reported.add((entry, rule))
+            if timeout or call.when == "setup" or rule in ("declarations", "options"):
                 self._unusable.add(entry)
         report.user_properties = list(properties)
         return report
@@ -127,4 +149,9 @@ class Checks:
 def _entry(item: pytest.Item) -> "Entry | None":
     """Return the plugin that a test checks; None for a test of another package."""
     found = getattr(item, "callspec", None) if item.path.parent == _CHECKS else None
-    return found and found.params.get("entry")  # type: ignore[no-any-return]
+    return found and found.params.get("entry")
+
+
+def _rule(item: pytest.Item) -> str:
+    """Return the name of the rule that a test checks."""
+    return item.name.partition("[")[0].removeprefix("test_").replace("_", " ")

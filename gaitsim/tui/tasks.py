@@ -26,7 +26,7 @@ KEPT = 2000  # lines of output
 LONGEST = 1 << 20  # bytes of a line; longer lines are dropped
 GRACE = 5.0  # seconds from the request to stop a process until it is killed
 
-State = Literal["running", "done", "failed", "stopped"]
+TaskState = Literal["running", "done", "failed", "stopped"]
 
 
 @dataclass
@@ -50,7 +50,7 @@ class Task:
 
     arguments: tuple[str, ...]
     started: float = field(default_factory=monotonic)
-    state: State = "running"
+    state: TaskState = "running"
     progress: str = ""
     share: float | None = None
     output: list[str] = field(default_factory=list)

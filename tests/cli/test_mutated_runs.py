@@ -1,10 +1,8 @@
 """Whatever the files of a run contain, a command ends with a result or one message."""
 
-import random
 import shutil
 
 import pytest
-from mutations import mutations, mutations_of_values
 from typer.testing import CliRunner
 
 from gaitsim.errors import GaitsimError
@@ -160,32 +158,3 @@ def test_files_of_a_different_run_are_rejected(run, gaitsim, invoke, puppet_file
         assert invoke("verify", run, "--workers", 1)[0] != 0
         (run / name).write_bytes(kept)
     assert invoke("verify", run, "--workers", 1)[0] == 0
-
-
-def changed_files(path, count, seed):
-    if path.suffix != ".pickle":
-        yield from mutations(path.read_bytes(), count, seed)
-        return
-    for values in mutations_of_values(safe_pickle.load(path), count, seed):
-        try:
-            yield safe_pickle.dumps(values)
-        except ValueError:
-            continue
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "name",
-    [
-        *("experiment.toml", "history.csv", "islands.csv", "bests.bin", "checksums.bin"),
-        *("provenance.json", "population.pickle", "population.previous.pickle"),
-        "champions/generation-000001.pickle",
-    ],
-)
-def test_commands_on_mutated_files_end_with_a_result_or_one_message(run, invoke, tmp_path, name):
-    kept = shutil.copytree(run, tmp_path / "kept")
-    for number, data in enumerate(changed_files(run / name, 15, sum(name.encode()))):
-        shutil.rmtree(run)
-        shutil.copytree(kept, run)
-        (run / name).write_bytes(data)
-        check_commands(run, invoke, *random.Random(number).sample(COMMANDS, 4))

@@ -122,48 +122,9 @@ def test_a_folder_that_cannot_hold_runs_is_rejected(gaitsim, finished, more):
     assert finished.is_dir()
 
 
-def test_a_gait_is_exported(gaitsim, finished, tmp_path):
-    done = gaitsim("export", "puppet")
-    generation = (
-        RunSnapshot(finished).individual().generation if (finished / "bests.bin").exists() else 0
-    )
-    path = f"runs/puppet/exports/gait-generation-{generation}.mat"
-    assert done.stdout == f"{path}: 5 frames × 3 joints at 4 Hz, radians\n"
-    assert (tmp_path / path).stat().st_size > 0
-    # The extension determines the format, unless --format is given.
-    for arguments, start in [
-        (("--out", "gait.csv"), b"time_s,"),
-        (("--out", "gait.NPZ"), b"PK"),
-        (("--out", "gait.mat"), b"MATLAB 5.0"),
-        (("--out", "second.mat", "--generation", 2), b"MATLAB 5.0"),
-        (("--out", "gait.txt", "--format", "csv"), b"time_s,"),
-        (("--out", "gait", "--format", "mat"), b"MATLAB 5.0"),
-    ]:
-        gaitsim("export", "puppet", *arguments)
-        assert (tmp_path / arguments[1]).read_bytes().startswith(start)
-
-
 @pytest.fixture(autouse=True)
 def installed(puppets):
     """Install the puppets, which the tests themselves need to read runs."""
-
-
-@pytest.mark.parametrize(
-    "arguments",
-    [
-        ("export", "puppet", "--generation", 6),
-        ("export", "puppet", "--out", "missing/gait.mat"),
-        ("export", "puppet", "--out", "."),
-        ("export", "nobody"),
-        ("plot", "nobody"),
-        ("video", "nobody"),
-        ("show", "nobody"),
-    ],
-)
-def test_a_failed_command_is_one_message(gaitsim, finished, arguments):
-    done = gaitsim(*arguments, code=2)
-    assert done.stderr.startswith("Error: ")
-    assert done.stdout == ""
 
 
 def test_measures_that_are_not_finite_are_null(gaitsim, finished, install, tmp_path):

@@ -8,6 +8,9 @@ from textwrap import dedent
 import pytest
 from environment import Environment
 
+from gaitsim.testing.checking import check_plugins
+from gaitsim.testing.packages import select_plugins
+
 GUIDE = Path(__file__).parents[2] / "docs" / "plugins.md"
 # A path in backticks at the end of a line, before a block, is the file that the block is.
 BLOCK = re.compile(
@@ -49,27 +52,25 @@ def test_the_steps_of_the_guide_make_a_working_body(tmp_path):
 
 def test_the_finding_in_the_guide_is_that_of_the_check(install):
     """Its example of a finding is one."""
-    from gaitsim.testing.examine import examine
-
-    from gaitsim.registry import find
-
     (text,) = [text for file, text in steps() if file.endswith("__init__.py")]
     spoilt = text.replace("x = hops", "x = genomes.mean() + hops")
     assert spoilt != text
     install("gaitsim_hopper", spoilt, {"organism": {"hopper": "HopperBody"}})
-    (finding,) = examine(find("organism", "hopper"), {}).findings
+    (broken,) = check("organism:hopper").broken
     shown = " ".join(GUIDE.read_text(encoding="utf-8").split())
-    for part in (finding.expected, finding.actual, finding.fix):
-        assert part in shown
+    assert " ".join(broken.split()) in shown
 
 
 def test_the_search_in_the_docstring_conforms(install):
-    from gaitsim.testing.examine import examine
-
     from gaitsim.contracts import Search
-    from gaitsim.registry import find
 
     (text,) = re.findall(r"```python\n(.*?)```", cleandoc(Search.__doc__), re.DOTALL)
     install("gaitsim_sobol", dedent(text), {"search": {"example": "SobolSearch"}})
-    report = examine(find("search", "example"), {})
-    assert report.ok, report
+    found = check("search:example")
+    assert (found.broken, found.advice) == ([], [])
+
+
+def check(name):
+    with select_plugins(name) as found:
+        (checked,) = check_plugins(found)
+    return checked

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 from environment import Environment
 
-from gaitsim.testing import check_package
+from gaitsim.testing.checking import check_plugins
+from gaitsim.testing.packages import select_plugins
 
 ROWER = Path(__file__).parents[1] / "fixtures" / "gaitsim-rower"
 
@@ -20,13 +21,14 @@ def environment(tmp_path_factory):
 
 @pytest.mark.slow
 def test_it_passes_before_it_is_installed():
-    reports = check_package(ROWER)
-    assert [report.entry.kind for report in reports] == [
+    with select_plugins(ROWER) as found:
+        checked = list(check_plugins(found))
+    assert [one.entry.kind for one in checked] == [
         "organism", "fitness", "selection", "crossover", "mutation", "experiments", "experiments",
     ]  # fmt: skip
-    for report in reports:
-        assert report.findings == (), report
-        assert report.entry.source == "gaitsim-rower 2.3.0"
+    for one in checked:
+        assert (one.broken, one.advice) == ([], [])
+        assert one.entry.source == "gaitsim-rower 2.3.0"
 
 
 @pytest.mark.slow

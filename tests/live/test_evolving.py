@@ -110,12 +110,6 @@ def test_stops_pauses_and_steps_do_not_change_the_run(new_run, seed):
     assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
-def test_a_pause_and_a_step_are_reported(new_run):
-    states = [snapshot.state for snapshot in steer(new_run(), "pause", "step", "stop")]
-    assert states[-1] == "stopped"
-    assert "paused" in states or "running" in states
-
-
 @pytest.mark.parametrize(
     "assignments", [("mutation.plugin=none",), ("fitness.price=0.5", "search.elites=0")]
 )

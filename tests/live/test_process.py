@@ -115,17 +115,6 @@ def test_ctrl_c_in_the_terminal_does_not_reach_the_process(new_run, wait):
     assert asyncio.run(interrupt()).state == "finished"
 
 
-async def test_sigterm_stops_and_saves(new_run, wait):
-    path = new_run("run", *SLOW, generations=10_000)
-    process = RunProcess(path)
-    await process.start()
-    await wait(lambda: process.last.generation > 2)
-    os.kill(process.pid, signal.SIGTERM)
-    snapshot = await final_snapshot(process)
-    assert snapshot.state == "stopped"
-    assert RunSnapshot(path).generation == snapshot.generation
-
-
 async def test_a_killed_process_is_reported(new_run, wait):
     path = new_run("run", *SLOW, generations=10_000)
     process = RunProcess(path)

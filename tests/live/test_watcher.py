@@ -23,12 +23,6 @@ def evolve(path, until=None, **options):
                 break
 
 
-def test_a_run_before_its_first_generation(new_run):
-    snapshot = RunWatcher(new_run()).poll()
-    assert (snapshot.state, snapshot.generation, snapshot.generations) == ("stopped", 0, 30)
-    assert snapshot.champion is None
-
-
 def test_a_stopped_and_a_finished_run(new_run):
     path = new_run("run", "evolution.fitness_threshold=0")
     evolve(path, 12)
@@ -118,10 +112,7 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkey
     [
         (shutil.rmtree, "was deleted or moved"),
         (lambda path: (path / "experiment.toml").write_text("[evolution"), "experiment.toml"),
-        (lambda path: (path / "experiment.toml").write_text("seed = 1"), "organism.plugin"),
-        (lambda path: (path / "history.csv").write_text("a,b\n1,2\n"), "history.csv"),
         (lambda path: (path / "history.csv").write_text(""), "ends at generation 0"),
-        (lambda path: (path / "history.csv").write_bytes(b"\xff\n\xff\n"), "history.csv"),
         (lambda path: [p.write_bytes(b"x") for p in path.glob("*.pickle")], "checkpoint"),
     ],
 )
@@ -132,9 +123,3 @@ def test_a_damaged_run_is_a_failed_snapshot(new_run, spoil, what):
     snapshot = RunWatcher(path).poll()
     assert snapshot.state == "failed"
     assert what in str(snapshot.error)
-
-
-def test_the_best_of_each_island_is_in_the_snapshot(new_run):
-    path = new_run("run", "islands.number=3", "islands.migrants=1")
-    evolve(path, 5)
-    assert RunWatcher(path).poll().islands == tuple(RunSnapshot(path).islands[-1])

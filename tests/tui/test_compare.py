@@ -285,18 +285,8 @@ class TestCommand:
         assert message in Path("a.svg").read_text()
         assert message in json.loads(gaitsim("differences", *runs, "--json").stdout)["warning"]
 
-    @pytest.mark.parametrize("name", ["curves.png", "curves.svg"])
-    def test_the_command_draws_a_figure(self, gaitsim, two, name):
-        gaitsim("differences", *two, "--quantity", "mean", "--by", "seconds", "--plot", name)
-        assert Path(name).stat().st_size > 1000
-
 
 class TestPlay:
-    def test_a_still_is_printed(self, gaitsim, two):
-        output = gaitsim("play", "one", "--at", "1", "--generation", "2").stdout
-        assert output.startswith("one  generation 2")
-        assert len(output.splitlines()) == 23
-
     @pytest.mark.parametrize(
         ("options", "message"),
         [

@@ -13,12 +13,11 @@ from textual.widgets import Input, TextArea
 
 from gaitsim.tui import screens
 from gaitsim.tui.screens.base import Dialog
-from gaitsim.tui.screens.columns_dialog import ColumnsDialog
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.files import ChooseFile
 from gaitsim.tui.screens.help import Help, Jump
 from gaitsim.tui.screens.presets import Presets
-from gaitsim.tui.screens.questions import Ask, Choose, Confirm, NoteDialog, Pick
+from gaitsim.tui.screens.questions import Ask, Choose, ColumnsDialog, Confirm, NoteDialog, Pick
 from gaitsim.tui.screens.verify import AskCode, ShowCode
 from gaitsim_adaptation.damage import JointDialog
 from gaitsim_studies.study_dialog import SWEEP, StudyDialog

@@ -114,15 +114,11 @@ def test_home(look):
     assert look(LARGE, nothing)
 
 
-def test_home_with_a_damaged_run(look):
+def test_home_with_a_damaged_run_in_the_light_theme(look):
     async def go(pilot):
         await pilot.press("down", "space", "down", "space", "up", "up")
 
-    assert look(SMALL, go)
-
-
-def test_light_theme(look):
-    assert look(SMALL, nothing, theme="gaitsim-light")
+    assert look(SMALL, go, theme="gaitsim-light")
 
 
 def test_new(look, only_puppets, puppet_file):

@@ -12,8 +12,6 @@ from gaitsim.registry import KINDS, options
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.widgets.form import TITLES, Field, Part
 
-SIZES = [(80, 24), (160, 48)]
-
 
 @pytest.fixture
 def fill(here, drive, puppet_file):
@@ -81,9 +79,8 @@ async def choose(driver, words):
 
 class TestForms:
     @pytest.mark.slow
-    @pytest.mark.parametrize("size", SIZES[:1])
-    async def test_every_option_of_every_part_has_a_field(self, fill, size):
-        async with fill(size=size) as (driver, screen):
+    async def test_every_option_of_every_part_has_a_field(self, fill):
+        async with fill() as (driver, screen):
             experiment = load_experiment(screen.builder.preset.reference)
             for section in ("evolution", *KINDS):
                 found = await open_section(driver, screen, section)
@@ -94,7 +91,7 @@ class TestForms:
                 for field in found.values():
                     about = str(field.query_one(".field-about").render())
                     assert options.meaning(field.option.field) in about
-                    assert field.region.right <= size[0]
+                    assert field.region.right <= 80
 
     @pytest.mark.slow
     async def test_the_file_of_an_option_can_be_replaced(self, shaped, fill):
@@ -120,12 +117,11 @@ class TestForms:
 
 class TestSearch:
     @pytest.mark.slow
-    @pytest.mark.parametrize("width", [80, 120])
-    async def test_all_tabs_are_visible_and_the_form_has_half_the_width(self, fill, width):
-        async with fill(size=(width, 30)) as (driver, screen):
+    async def test_all_tabs_are_visible_and_the_form_has_half_the_width(self, fill):
+        async with fill(size=(80, 30)) as (driver, screen):
             for tab in screen.query(Tab):
-                assert not tab.display or 0 <= tab.region.x < tab.region.right <= width
-            assert screen.query_one("#parts").region.width >= width / 2
+                assert not tab.display or 0 <= tab.region.x < tab.region.right <= 80
+            assert screen.query_one("#parts").region.width >= 40
             await driver.pilot.click("Tab#mutation")
             await driver.until(lambda: screen.sections.active == "mutation")
             assert screen.query_one("#parts").current == "part-mutation"

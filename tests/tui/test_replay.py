@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 from textual.app import App
-from textual.color import Color
 from waiting import strips
 
 from gaitsim.evaluation import evaluate
@@ -24,7 +23,6 @@ from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.replay import Replay
 from gaitsim.tui.screens.replay_loading import PATIENCE, Loader
-from gaitsim.tui.themes import THEMES
 from gaitsim.tui.widgets.curve_plot import CurvePlot
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
@@ -421,22 +419,6 @@ def test_looks(walk, snap_compare):
     assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=(80, 24), run_before=show)
 
 
-@pytest.mark.slow
-def test_looks_of_two(walk, snap_compare):
-    one, other = walk(), walk("other run", "seed=9")
-
-    async def show(pilot):
-        pilot.app.screen.show_screen("replay.Replay", one, 1, other)
-        await pilot.pause()
-        pilot.app.screen.action_pause()
-        await settled(pilot)
-        for frame in (0, 13):  # it may have reached any time
-            pilot.app.screen.query_one("#frame", Scrubber).choose(frame)
-        await settled(pilot)
-
-    assert snap_compare(GaitsimApp(Path("nowhere")), terminal_size=(80, 24), run_before=show)
-
-
 class TestFootfalls:
     def drawn(self, touching, frame, columns=30, rows=4, rate=10.0, names=("L1", "R1")):
         touching = np.asarray(touching, dtype=bool)
@@ -486,35 +468,6 @@ class TestFootfalls:
 class Slider(App):
     def compose(self):
         yield Scrubber("time", 0, 100, 50)
-
-
-class TestColours:
-    async def test_labels_are_legible_and_the_cursor_differs_from_both_sides(self, walk):
-        async with replay(walk()) as (screen, pilot):
-            for theme in THEMES:
-                pilot.app.theme = theme.name
-                await settled(pilot)
-                background = screen.background_colors[1]
-                for slider in screen.query(Scrubber):
-                    label = slider.get_component_rich_style("scrubber--label", partial=True)
-                    colour = Color.from_rich_color(label.color)
-                    assert contrast(background, colour) >= 4.5, theme.name
-                styles = screen.pane.feet.ink_styles()
-                sides = [styles[FIRST + side].color for side in (LEFT, RIGHT)]
-                assert styles[CURSOR].color not in sides, theme.name
-
-
-def contrast(one, other):
-    """The contrast ratio of two colours (WCAG 2.1)."""
-
-    def luminance(colour):
-        parts = [part / 255 for part in colour.rgb]
-        linear = [part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4
-                  for part in parts]  # fmt: skip
-        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
-
-    low, high = sorted((luminance(one), luminance(other)))
-    return (high + 0.05) / (low + 0.05)
 
 
 class TestScrubber:

@@ -147,12 +147,9 @@ class TestHelp:
     @pytest.mark.parametrize(
         ("action", "screen"),
         [
-            ("home.plugins", "Plugins"),
             ("home.open", "Live"),
             ("home.delete", "Confirm"),
-            ("home.export", "ExportDialog"),
             ("app.jump", "Jump"),
-            ("home.rename", "Ask"),
         ],
     )
     async def test_a_selected_action_runs(self, walk, drive, action, screen):
@@ -395,11 +392,6 @@ class TestKeys:
 
 
 class TestEnding:
-    async def test_q_quits(self, here, drive):
-        async with drive() as driver:
-            await driver.press("q")
-            await driver.until(lambda: not driver.app.is_running)
-
     async def test_a_screen_may_refuse_to_close(self, here, drive, monkeypatch):
         async def stay(screen):
             return False

@@ -30,18 +30,6 @@ class TestRecords:
             task.add_record(line)
         return task
 
-    @pytest.mark.parametrize(
-        ("done", "total", "part"), [(150, 300, 0.5), (0, 7, 0.0), (9, 3, 1.0), (0, 0, None)]
-    )
-    def test_progress(self, done, total, part):
-        line = json.dumps({"kind": "progress", "what": "a.mp4", "done": done, "total": total})
-        task = self.task(line)
-        assert (task.progress, task.share, task.notices) == ("a.mp4", part, [])
-
-    def test_progress_towards_an_unknown_total(self):
-        line = '{"kind": "progress", "what": "walker", "done": 0, "total": null}'
-        assert self.task(line).share is None
-
     def test_files_with_unusual_names_are_collected(self):
         lines = [json.dumps({"kind": "result", "files": [name]}) for name in ("a: b.csv", "c d")]
         assert self.task(*lines).files == [Path("a: b.csv"), Path("c d")]
@@ -428,15 +416,6 @@ class TestExports:
             await driver.until(lambda: len(driver.app.tasks.all) == 2)
             await driver.until(lambda: driver.app.tasks.all[1].state == "failed")
             assert driver.app.tasks.all[1].arguments == ("analyse", "x")
-
-    async def test_a_notification_shows_the_start_of_a_long_command(self, here, drive, monkeypatch):
-        Path("gaitsim.py").write_text("raise SystemExit('no luck')")
-        monkeypatch.setenv("PYTHONPATH", str(here))
-        async with drive() as driver:
-            driver.app.start_task(["verify", "x" * 5000])
-            await driver.until(lambda: "no luck" in driver.notifications())
-            assert "gaitsim verify xxx" in driver.notifications()
-            assert "x" * 100 not in driver.notifications()
 
     async def test_quitting_asks_and_stops_running_tasks(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("import time; print('begun', flush=True); time.sleep(60)")

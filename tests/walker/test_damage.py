@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 import pytest
-from gaitsim.testing.rules.views import check_rig
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.plan import leg_at, next_leg, plan_of
+from gaitsim.testing.checks.test_bodies import check_rig
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
 
@@ -74,7 +74,7 @@ def test_pictures_show_the_damage():
     one = walker("far hind lost", STUCK)
     motion = one.move(one.starts()["trot"][None])
     skeleton = one.skeleton(motion, 0)
-    assert not [*check_rig(one, motion)]
+    check_rig(one, motion)
     assert not any(name.startswith("far hind") for name in skeleton.names)
     assert skeleton.damaged == ("far hind", "near fore shank") == one.rig().damaged
     hip = skeleton.contacts[0, 3] - skeleton.centre[0]

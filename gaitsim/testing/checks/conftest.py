@@ -12,7 +12,7 @@ import pytest
 from gaitsim.contracts import Plugin
 from gaitsim.registry import Entry, load_entry, plugin_errors
 from gaitsim.testing.finding import advise, require
-from gaitsim.testing.samples import digest
+from gaitsim.testing.plugin import Checks
 from gaitsim.testing.trials import build_plugin, with_placeholders
 
 SLOW_IMPORT = 3.0  # seconds, without the libraries that gaitsim itself imports
@@ -37,8 +37,7 @@ def model(entry: Entry) -> type[Plugin]:
 @pytest.fixture(scope="session")
 def options(request: pytest.FixtureRequest) -> dict[str, Any]:
     """The options that differ from the defaults."""
-    found: dict[str, Any] = request.config.pluginmanager.get_plugin("gaitsim-checks").options
-    return found
+    return _checks(request).options
 
 
 @pytest.fixture(scope="session")
@@ -49,6 +48,19 @@ def plugin(entry: Entry, model: type[Plugin], options: dict[str, Any]) -> Plugin
         # Options are validated as in a file. Without options, the plugin is created as in Python,
         # which does not validate defaults.
         return build_plugin(model, values) if values else model()
+
+
+def _checks(request: pytest.FixtureRequest) -> Checks:
+    checks = request.config.pluginmanager.get_plugin("gaitsim-checks")
+    assert isinstance(checks, Checks)
+    return checks
+
+
+@pytest.fixture
+def passed(request: pytest.FixtureRequest, entry: Entry, plugin: Plugin) -> None:
+    """Skip the check if an earlier one failed."""
+    if _checks(request).has_failed(entry):
+        pytest.skip("an earlier check of the plugin failed")
 
 
 @pytest.fixture(autouse=True)
@@ -63,6 +75,6 @@ def _no_global_randomness() -> Iterator[None]:
     )
 
 
-def _global_random_state() -> str:
-    state = np.random.get_state(legacy=False)  # noqa: NPY002 - to detect its use
-    return digest([repr(random.getstate()), repr(state)])
+def _global_random_state() -> tuple[object, ...]:
+    _, keys, *rest = np.random.get_state()  # noqa: NPY002 - to detect its use
+    return random.getstate(), np.asarray(keys).tobytes(), *rest

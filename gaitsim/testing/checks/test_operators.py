@@ -132,5 +132,5 @@ def test_selection(plugin: Any, record_property: Record) -> None:
         "prefer higher scores: np.argmax, or np.argsort(-scores)",
     )
     require_type("objection()", plugin.objection(40, 2, 2), str)
-    rate = measure_rate(plugin.parents, [RANDOM, 500, np.random.default_rng(2)], 1000)
+    rate = measure_rate(plugin.parents, [RANDOM.copy(), 500, np.random.default_rng(2)], 1000)
     record_property("rate", rate)

@@ -62,8 +62,8 @@ def _check_state(method: str, what: str, state: Any, first: Any) -> None:
             expected,
             "convert it: np.array(…); encode strings as UTF-8 in uint8",
         )
-    kinds = {name: values.dtype for name, values in state.items()}
-    initial = {name: getattr(values, "dtype", None) for name, values in first.items()}
+    kinds = {name: str(values.dtype) for name, values in state.items()}
+    initial = {name: str(getattr(values, "dtype", "")) for name, values in first.items()}
     changed = [name for name in {**kinds, **initial} if kinds.get(name) != initial.get(name)]
     require(
         not changed,

@@ -405,7 +405,7 @@ other terminals.
     async def action_columns(self) -> None:
         """Choose the columns, which are remembered."""
         from gaitsim.storage.query import KEYS
-        from gaitsim.tui.screens.columns_dialog import ColumnsDialog
+        from gaitsim.tui.screens.questions import ColumnsDialog
 
         if self._table is None:
             return

@@ -1,13 +1,8 @@
 """The installed bodies, fitness functions, operators and presets, and their packages."""
 
-import asyncio
-import json
 import re
-import sys
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from typing import Any
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
 from rich.padding import Padding
@@ -59,7 +54,8 @@ source, description and options of the highlighted one, with defaults and bounds
 in the name, kind, package, description or options.
 
 Enter, or a click on the highlighted one, creates a **new run** with a body or a preset. c
-**checks** whether the highlighted plugin fulfils its contract and lists the errors to fix.
+**checks** in the background whether the highlighted plugin fulfils its contract; t shows the
+result, with the errors to fix.
 """
     BINDINGS = bindings("plugins")
 
@@ -67,7 +63,6 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         super().__init__()
         self.catalogue: Catalogue | None = None
         self._found: dict[str, Sequence[Entry]] = {}
-        self._reports: dict[tuple[str, str], dict[str, Any] | None] = {}  # None while a check runs
 
     def content(self) -> ComposeResult:
         yield Input(placeholder="words to look for", id="filter", compact=True)
@@ -172,24 +167,17 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         )
         for claim in claims:
             head.append(visible(f"{claim.source}  {claim.target}") + "\n", style="dim")
-        if (kind, name) in self._reports:
-            head = Text.assemble(head, verdict_view(self._reports[kind, name], colours), "\n")
         if self.catalogue is None:
             return head
         if kind == EXPERIMENTS:
             return Content.from_rich_text(head) + Content("\n") + preset_view(name, self.catalogue)
         return Group(head, plugin_view(kind, name, self.catalogue, colours))
 
-    @work
-    async def action_check(self) -> None:
+    def action_check(self) -> None:
+        """Check the highlighted plugin in the background."""
         chosen = self._chosen()
-        if chosen is None or self._reports.get(chosen, {}) is None:
-            return
-        self._reports[chosen] = None
-        self._show()
-        self._reports[chosen] = await check_plugin(*chosen)
-        if self._chosen() == chosen:
-            self._show()
+        if chosen is not None:
+            self.gaitsim.start_task((*COMMAND, chosen[1]))
 
     @on(OptionList.OptionSelected, "#installed")
     def action_new(self) -> None:
@@ -222,59 +210,6 @@ Enter, or a click on the highlighted one, creates a **new run** with a body or a
         if action == "new":
             return self.is_mounted and self._experiment() is not None
         return super().check_action(action, parameters)
-
-
-async def check_plugin(kind: str, name: str) -> dict[str, Any]:
-    """Return the JSON report of a plugin's check; {'failure': reason} if the check failed.
-
-    Cancelling the coroutine terminates the process, which terminates its children.
-    """
-    process = await asyncio.create_subprocess_exec(
-        *(sys.executable, "-m", "gaitsim", *COMMAND, name, "--json"),
-        stdin=asyncio.subprocess.DEVNULL,
-        stdout=asyncio.subprocess.PIPE,
-        stderr=asyncio.subprocess.PIPE,
-        start_new_session=True,
-    )
-    try:
-        output, errors = await process.communicate()
-    finally:
-        if process.returncode is None:
-            with suppress(ProcessLookupError):
-                process.terminate()
-            await process.wait()
-    for line in output.decode().splitlines():
-        report: dict[str, Any] = json.loads(line)
-        if report["kind"] == kind:
-            return report
-    return {
-        "failure": errors.decode(errors="replace").strip() or "the check ended without a report"
-    }
-
-
-def verdict_view(report: Mapping[str, Any] | None, colours: Mapping[str, str]) -> Text:
-    """Return the verdict and all findings; None stands for a check in progress."""
-    if report is None:
-        return Text("Checking …", colours["secondary"])
-    if "failure" in report:
-        return Text(visible_lines(report["failure"]), colours["error"])
-    text = Text()
-    if report["ok"]:
-        text.append("✓ The plugin fulfils its contract", colours["success"])
-    else:
-        text.append("✗ The plugin breaks its contract", colours["error"])
-    rate = report["figures"].get("individuals_per_second")
-    if rate:
-        number = f"{rate:,.0f}" if rate >= 10 else f"{rate:.2g}"
-        text.append(f"  {number} individuals/s", "dim")
-    for finding in report["findings"]:
-        colour = colours["error" if finding["level"] == "error" else "warning"]
-        text.append(f"\n{finding['level']}: {finding['rule']}", f"bold {colour}")
-        for key in ("expected", "actual", "fix"):
-            if finding[key]:
-                text.append(f"\n  {key}: ", "dim")
-                text.append(visible(finding[key]))
-    return text
 
 
 def plugin_view(

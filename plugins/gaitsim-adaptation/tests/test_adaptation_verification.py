@@ -177,6 +177,7 @@ def test_a_file_elsewhere_needs_its_atlas(file, atlas, tmp_path, gaitsim):
     moved = shutil.copy(file, tmp_path / "moved.json")
     assert "--atlas spider-atlas" in gaitsim("verify", moved, code=2).stderr
     assert "identical" in gaitsim("verify", moved, "--atlas", "atlas", "--workers", 1).stdout
+    assert "only adaptations" in gaitsim("verify", "atlas", "--atlas", "atlas", code=2).stderr
     assert gs.verify(file).identical
     assert "verify each of its files" in gaitsim("verify", "atlas", "--workers", 1).stdout
 

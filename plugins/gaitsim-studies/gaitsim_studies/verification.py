@@ -344,7 +344,12 @@ def _without_atlas(verify: Callable[..., Verdict]) -> Callable[..., Verdict]:
 
 
 # Unlike pathlib, os.path accepts names that are invalid for files.
-STUDIES = Verifier(lambda path: os.path.lexists(path / STUDY), _without_atlas(verify_study))
-COMPARISONS = Verifier(
-    lambda path: os.path.lexists(path / FIRST), _without_atlas(verify_comparison)
+def _is_study(path: Path) -> bool:
+    return os.path.lexists(path / STUDY)
+
+
+STUDIES = Verifier(_is_study, _without_atlas(verify_study))
+COMPARISONS = Verifier(  # a study has such a file, too
+    lambda path: os.path.lexists(path / FIRST) and not _is_study(path),
+    _without_atlas(verify_comparison),
 )
