@@ -46,12 +46,12 @@ from gaitsim.steering import Drive as Drive
 from gaitsim.storage.compare_runs import (
     ComparedRun as ComparedRun,
     RunsReader as RunsReader,
+    differences as differences,
     scoring_warning as scoring_warning,
     warning as warning,
 )
 from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
-from gaitsim.storage.differences import differences as differences
 from gaitsim.storage.files.atomic import (
     draft_folder as draft_folder,
     replacing as replacing,
