@@ -1,6 +1,9 @@
 """A body that can be damaged, and an atlas of its gaits."""
 
 import pytest
+from driving import config, drive, state_folder
+
+__all__ = ["config", "drive", "state_folder"]
 
 LIMPING = """
 import numpy as np
