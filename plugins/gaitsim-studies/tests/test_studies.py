@@ -104,9 +104,9 @@ async def test_a_comparison_of_marked_runs_is_started_with_the_mouse(walk, drive
     runs = [walk("one"), walk("two", 3, "seed=2")]
     async with drive() as driver:
         driver.app.screen.show_screen("compare.Compare", runs)
-        screen = await driver.at("Compare")
-        await driver.until(lambda: "compare.statistics" in driver.offered())
-        await screen.run_action("statistics")
+        await driver.at("Compare")
+        await driver.until(lambda: "screen.statistics" in driver.offered())
+        await driver.press("ctrl+s")
         await driver.at("StudyDialog")
         fields = driver.screen.query(Input)
         assert fields.first().value == "runs/one/experiment.toml runs/two/experiment.toml"
