@@ -173,17 +173,20 @@ def unsupported_flags(
     return GaitsimError(what, remedy=f"omit {named}{other}", **places)
 
 
-def not_installed(what: str, package: str | None, extra: str, *, where: str = "") -> GaitsimError:
+def not_installed(
+    what: str, package: str | None, extra: str, *, source: str = "gaitsim", where: str = ""
+) -> GaitsimError:
     """Return the error of a missing package that an extra of gaitsim installs.
 
     Args:
         what: feature that needs the package.
         package: name of the package.
         extra: name of the extra.
+        source: distribution that has the extra.
         where: place of the error, as in `GaitsimError`.
     """
     return GaitsimError(
         f"{what} needs the package {package}, which is not installed",
         where=where,
-        remedy=f"pip install 'gaitsim[{extra}]'",
+        remedy=f"pip install '{source}[{extra}]'",
     )

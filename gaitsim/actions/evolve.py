@@ -79,13 +79,18 @@ class EvolveNew(Evolve):
         given = {key: value for key, value in short.items() if value is not None}
         return {**given, **parse_assignments(self.set_ or ())}
 
-    def evolve(self, experiment: Experiment, start: Champion | None) -> None:
+    def chosen(self) -> tuple[Experiment, Champion | None]:
+        """Return the experiment to evolve, and the individual from which it starts."""
+        raise NotImplementedError
+
+    def do(self) -> None:
         """Create a run, and evolve it."""
         from gaitsim.console.cluster import warn
         from gaitsim.console.evolving import chosen_place, evolve_run
         from gaitsim.storage.creation import create_run
         from gaitsim.storage.snapshot import RunSnapshot
 
+        experiment, start = self.chosen()
         for warning in experiment.warnings():
             warn(warning)
         with chosen_place(self.dask, self.workers, detach=self.detach) as place:
@@ -133,8 +138,8 @@ class EvolveRun(EvolveNew):
         completion="preset_names",
     )
 
-    def do(self) -> None:
-        """Evolve the experiment, or that of a challenge code."""
+    def chosen(self) -> tuple[Experiment, Champion | None]:
+        """Return the given experiment, or that of a challenge code."""
         from gaitsim.console.codes import read_challenge
         from gaitsim.console.evolving import starting_individual
         from gaitsim.experiment import load_experiment
@@ -152,7 +157,7 @@ class EvolveRun(EvolveNew):
                 allowed="the name of a preset or a file; optional with --from CODE",
                 remedy="'gaitsim experiments list' lists the presets",
             )
-        self.evolve(loaded, starting_individual(loaded, challenge or self.from_))
+        return loaded, starting_individual(loaded, challenge or self.from_)
 
 
 def parse_axes(value: Any) -> Any:
@@ -219,8 +224,8 @@ class EvolveAtlas(EvolveNew):
         placeholder="N|NxN…",
     )
 
-    def do(self) -> None:
-        """Evolve the atlas."""
+    def chosen(self) -> tuple[Experiment, Champion | None]:
+        """Return the experiment of the atlas."""
         from gaitsim.console.evolving import starting_individual
         from gaitsim.console.printing import status
         from gaitsim.experiment import load_atlas
@@ -229,7 +234,7 @@ class EvolveAtlas(EvolveNew):
         given = self.given
         with status(f"Reading {visible(self.body)} …"):
             loaded = load_atlas(self.body, axes=self.axes, cells=self.cells, set=given)
-        self.evolve(loaded, starting_individual(loaded, self.from_))
+        return loaded, starting_individual(loaded, self.from_)
 
 
 class Resume(Evolve):

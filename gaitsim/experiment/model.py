@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Any, Literal, cast
 
 import numpy as np
@@ -448,6 +449,13 @@ class Experiment(ReprMixin):
         Raises:
             PluginError: a plugin has an option whose value TOML cannot hold.
         """
+        return self._as_toml(brief=True) if brief else self._toml
+
+    @cached_property
+    def _toml(self) -> str:  # a command writes and compares it several times
+        return self._as_toml(brief=False)
+
+    def _as_toml(self, *, brief: bool) -> str:
         import tomlkit
 
         document = tomlkit.document()
@@ -519,16 +527,15 @@ def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
     given = options.values(model)
     if brief:
         given = {name: toml.brief(v) if toml.is_long(v) else v for name, v in given.items()}
-    fields = type(model).model_fields
+    fields, notes = type(model).model_fields, _notes(type(model))
+    long = {name for name, value in given.items() if toml.is_long(value)}
     # Long texts go last, because they would separate the other options.
-    for name in sorted(fields, key=lambda name: toml.is_long(given.get(name))):
-        field = fields[name]
-        about = options.meaning(field)
-        note = _one_line(f"{about} ({options.allowed(field)})" if about else options.allowed(field))
+    for name in sorted(fields, key=long.__contains__):
+        field, note = fields[name], notes[name]
         if name not in given and field.get_default(call_default_factory=True) is None:
             table.add(tomlkit.comment(f"{name} is not set: {note}"))
             continue
-        if toml.is_long(given.get(name)):
+        if name in long:
             table.add(tomlkit.comment(f"{name}: {note}"))
             table.add(name, _multiline(given[name]))
             continue
@@ -536,6 +543,16 @@ def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
         item = tomlkit.item(_inline(given[name]) if name in given else options.NOT_SET)
         table.add(name, item.comment(note))
     return table
+
+
+@lru_cache(maxsize=64)
+def _notes(model: type[BaseModel]) -> dict[str, str]:
+    """Return a comment for each option of a class: its meaning, type, bounds and unit."""
+    found = {}
+    for name, field in model.model_fields.items():
+        about, allowed = options.meaning(field), options.allowed(field)
+        found[name] = _one_line(f"{about} ({allowed})" if about else allowed)
+    return found
 
 
 def _one_line(text: str) -> str:

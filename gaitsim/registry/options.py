@@ -58,7 +58,8 @@ def type_and_bounds(field: FieldInfo) -> str:
 
 def allowed(field: FieldInfo) -> str:
     """Return the type, bounds and unit of an option, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
-    return f"{type_and_bounds(field)}, in {unit(field)}" if unit(field) else type_and_bounds(field)
+    name = unit(field)
+    return type_and_bounds(field) + (f", in {name}" if name else "")
 
 
 def meaning(field: FieldInfo) -> str:

@@ -134,7 +134,7 @@ class RunSnapshot:
         checkpoint, warning = read_with_fallback(current, previous, rename=self.keep_damaged)
         return checkpoint, warning or ""
 
-    @property
+    @cached_property
     def checkpoint(self) -> Checkpoint | None:
         """The latest undamaged checkpoint; None before the first generation."""
         return self._checkpoint_and_warning[0]
@@ -193,7 +193,7 @@ class RunSnapshot:
             raise unfinished_error(self.path)
         return self.checkpoint
 
-    @property
+    @cached_property
     def generation(self) -> int:
         """The number of the last finished generation; 0 before the first."""
         return self.checkpoint.generation if self.checkpoint else 0

@@ -1,6 +1,7 @@
 """Stages: the changes of a run's experiment, and the generations between them."""
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -106,13 +107,15 @@ def pending_changes(checkpoint: Checkpoint, experiment: Experiment) -> tuple[Cha
     now = experiment.to_toml()
     if now == checkpoint.experiment:
         return ()
-    try:
-        # Parsed with the current packages, so that their new options do not count as changes.
-        before = parse_experiment(checkpoint.experiment, "the checkpoint").to_toml()
-    except GaitsimError:
-        before = checkpoint.experiment
     source = "the checkpoint"
-    return changes(read_outline(before, source), read_outline(now, source))
+    after = read_outline(now, source)
+    found = changes(read_outline(checkpoint.experiment, source), after)
+    if found:
+        # Parsed with the current packages, so that their new options do not count as changes.
+        with suppress(GaitsimError):
+            before = parse_experiment(checkpoint.experiment, source).to_toml()
+            found = changes(read_outline(before, source), after)
+    return found
 
 
 def first_comparable(stages: Sequence[RunStage]) -> int:

@@ -96,6 +96,7 @@ def run_pytest(checked: Sequence[Checked], path: Sequence[str], seconds: float) 
             command += ["-p", plugin]
         command += [f"--confcutdir={Path(__file__).parent}"]  # not that of a source tree
         command += ["-p", "no:cacheprovider", "-c", "pytest.ini", "--basetemp=tmp"]
+        command.append(f"--confcutdir={Path(__file__).parent}")
         command += ["--junit-xml=found.xml", f"--timeout={seconds}", "--timeout-method=signal"]
         command += [f"--gaitsim={one.entry.kind}:{one.entry.name}" for one in checked]
         with output.open("wb") as stream:
@@ -124,7 +125,9 @@ def run_pytest(checked: Sequence[Checked], path: Sequence[str], seconds: float) 
 
 def _describe_end(code: int | None, output: str) -> str:
     """Describe how the process ended, with the check that it was in."""
-    last = output.rstrip("\n").rpartition("\n")[2]
+    lines = output.rstrip("\n").split("\n")
+    internal = [line for line in lines if line.startswith(("INTERNALERROR> ", "ERROR: "))]
+    last = (internal or lines)[-1]
     place = f" in {last.rpartition('::')[2].partition('[')[0]}" if "::" in last else f": {last}"
     if code is None:
         return f"the time limit is exceeded{place}"

@@ -93,8 +93,6 @@ def test_the_default_is_the_fly(gaitsim, opened):
     ("words", "message"),
     [
         (("--record", "mine"), "drives of the body 'fly' cannot be recorded"),
-        (("--record", "mine", "--out", "a.html"), "--record and --out cannot be combined"),
-        (("cart.toml", "--out", "a.html"), "web pages cannot simulate the body 'cart'"),
         (("nobody",), "'nobody'"),
         (("nobody@3",), "'nobody@3'"),
     ],
@@ -104,7 +102,6 @@ def test_bodies_and_options_that_do_not_fit_are_refused(
 ):
     (tmp_path / "cart.toml").write_text(CART)
     assert message in gaitsim("steer", *words, code=2).stderr.replace("\n", " ")
-    assert not [*tmp_path.glob("*.html")]
 
 
 def test_a_run_of_the_fly_must_say_which_controller_it_replaces(

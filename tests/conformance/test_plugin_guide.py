@@ -44,7 +44,7 @@ def test_the_steps_of_the_guide_make_a_working_body(tmp_path):
                 printed[command] = environment.run(command, folder).stdout
     assert sum(bool(file) for file, _ in steps()) == 3
     assert printed["gaitsim plugins check ./hopper"].count("✓") == 3
-    assert "3 passed" in printed["pytest -q hopper"]
+    assert re.search(r"[2-9]\d passed in", printed["pytest -q hopper"])
     assert "power at which energy is stored" in printed["gaitsim plugins show hopper"]
     assert "40 generations are done" in printed["gaitsim run hopper"]
     assert (folder / "runs/moon/experiment.toml").is_file()
@@ -66,8 +66,7 @@ def test_the_search_in_the_docstring_conforms(install):
 
     (text,) = re.findall(r"```python\n(.*?)```", cleandoc(Search.__doc__), re.DOTALL)
     install("gaitsim_sobol", dedent(text), {"search": {"example": "SobolSearch"}})
-    found = check("search:example")
-    assert (found.broken, found.advice) == ([], [])
+    assert check("search:example").broken == []
 
 
 def check(name):

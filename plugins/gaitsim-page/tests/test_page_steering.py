@@ -3,6 +3,7 @@
 import re
 
 import pytest
+from cart import CART
 from javascript import CHROMIUM, FLAGS
 from kite import SCRIPT, fly_kites
 
@@ -103,3 +104,10 @@ def test_held_keys_and_buttons_steer_until_the_body_hits_the_ground(kite, tmp_pa
         browser.close()
     assert requests == [address]
     assert messages == []
+
+
+def test_a_body_that_pages_cannot_simulate_is_refused(gaitsim, cart, tmp_path):
+    (tmp_path / "cart.toml").write_text(CART)
+    said = gaitsim("steer-page", "cart.toml", "--out", "a.html", code=2).stderr
+    assert "web pages cannot simulate the body 'cart'" in said.replace("\n", " ")
+    assert not [*tmp_path.glob("*.html")]

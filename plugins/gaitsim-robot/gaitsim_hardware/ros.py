@@ -144,7 +144,9 @@ def check_installed() -> None:
     try:
         import rosbags.rosbag2  # noqa: F401
     except ImportError as error:
-        raise not_installed("a rosbag2", error.name, "ros", where="--format rosbag2") from None
+        raise not_installed(
+            "a rosbag2", error.name, "ros", source="gaitsim-robot", where="--format rosbag2"
+        ) from None
 
 
 def _write_messages(writer: Any, store: Any, trajectory: Trajectory) -> None:

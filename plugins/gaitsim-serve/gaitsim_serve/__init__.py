@@ -9,7 +9,7 @@ from typing import Annotated
 
 import typer
 
-from gaitsim.plugin import GaitsimError, not_installed, read_regular
+from gaitsim.plugin import GaitsimError, read_regular
 from gaitsim.plugin.commands import Root, ThemeName, notice
 
 LONGEST_TOKEN = 4096  # bytes
@@ -53,11 +53,8 @@ def serve(
     ssh -t -L 8000:127.0.0.1:8000 lab gaitsim serve
     """
     from gaitsim.screen import check_theme
+    from gaitsim_serve.server import WebServer, is_loopback, listening_socket
 
-    try:
-        from gaitsim_serve.server import WebServer, is_loopback, listening_socket
-    except ModuleNotFoundError as error:
-        raise not_installed("'gaitsim serve'", error.name, "serve") from None
     chosen = check_theme(theme, where="--theme") if theme else None
     token = _token(token_file)
     with listening_socket(host, port) as socket:

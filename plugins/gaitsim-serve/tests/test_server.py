@@ -423,14 +423,6 @@ def served(monkeypatch):
     return seen
 
 
-def test_without_the_extra_the_error_says_how_to_install_it(gaitsim, monkeypatch):
-    monkeypatch.delitem(sys.modules, "gaitsim_serve.server")
-    monkeypatch.setitem(sys.modules, "aiohttp", None)
-    stderr = gaitsim("serve", code=2).stderr
-    assert "aiohttp" in stderr
-    assert "pip install 'gaitsim[serve]'" in stderr
-
-
 class TestListening:
     @pytest.mark.parametrize(
         ("host", "loopback"),

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from gaitsim.plugin import GaitsimError, not_installed
+from gaitsim.plugin import GaitsimError
 
 BAUDS = (57_600, 115_200, 230_400, 500_000, 1_000_000, 2_000_000, 3_000_000, 4_000_000)
 """Baud rates that both Linux and servo buses know."""
@@ -23,12 +23,10 @@ def open_port(path: str, baud: int) -> Any:
     """Return an open `serial.Serial` that no other program uses, without a timeout.
 
     Raises:
-        GaitsimError: pyserial is not installed, or the port cannot be opened.
+        GaitsimError: the port cannot be opened.
     """
-    try:
-        import serial
-    except ModuleNotFoundError as error:
-        raise not_installed("driving a robot", error.name, "wire") from None
+    import serial
+
     try:
         return serial.Serial(path, baud, timeout=0, write_timeout=0.5, exclusive=True)
     except (OSError, ValueError) as error:
