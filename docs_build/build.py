@@ -53,7 +53,7 @@ API = {
             "gaitsim.api.Member",
             "gaitsim.gait.GaitAnalysis",
             "gaitsim.storage.verification.Verdict",
-            "gaitsim.sharing.challenge.Checked",
+            "gaitsim.sharing.challenge.CodeVerdict",
             "gaitsim.sharing.challenge.Challenge",
             "gaitsim_imitation.imitating.imitate",
             "gaitsim_studies.comparing.compare",

@@ -41,7 +41,7 @@ from gaitsim.render.notebook import picture, view
 from gaitsim.repr_mixin import ReprField, ReprMixin, Table
 from gaitsim.sharing.challenge import (
     Challenge,
-    Checked,
+    CodeVerdict,
     find_challenge,
     verify_challenge,
 )
@@ -316,7 +316,7 @@ def export(subject: Shown, path: str | Path, format: str | None = None, **option
 
 def verify(
     subject: "str | Path | Challenge | recorded.Individual | Run",
-) -> Verdict | Checked:
+) -> Verdict | CodeVerdict:
     """Verify a run, an individual, a challenge code, a study, a comparison or an adaptation.
 
     A run's files are compared and its generations reproduced; see `Run.verify`. An individual is

@@ -21,7 +21,7 @@ from gaitsim.tui.screens.questions import Ask as Ask, Confirm as Confirm
 from gaitsim.tui.screens.replay_loading import options_of as options_of
 from gaitsim.tui.screens.tasks import BAR as BAR, progress_bar as progress_bar
 from gaitsim.tui.tasks import Task as Task, TaskChanged as TaskChanged
-from gaitsim.tui.themes import INKS as INKS, check_theme as check_theme
+from gaitsim.tui.themes import check_theme as check_theme
 from gaitsim.tui.widgets.canvas import BodyCanvas as BodyCanvas
 from gaitsim.tui.widgets.cells import Cells as Cells, Picture as Picture
 from gaitsim.tui.widgets.form import Field as Field

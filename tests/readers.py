@@ -63,7 +63,7 @@ from gaitsim.storage.provenance import read_provenance
 from gaitsim.storage.query import parse_query
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.tui.config import find_problems, read_config, remember
-from gaitsim_adaptation.adaptation import AdaptationRecord, read_record, write_record
+from gaitsim_adaptation.record import AdaptationRecord, read_record, write_record
 from gaitsim_adaptation.report import _REPORT, AdaptationReport, Case, read_report
 from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import Trial

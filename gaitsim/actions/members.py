@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 FREQUENCY = "stride frequency"
 
-_MOST_DRAWN = 1_000  # rows, as Rich takes a millisecond for each
 WIDEST, HIGHEST = 80, 36  # characters, at most, in a terminal
 PIPED = 80, 30  # characters, if the output is not a terminal
 
@@ -176,10 +175,7 @@ def _print(run: RunSnapshot, members: Members, columns: list[str], rows: list[li
     units = {name: first.unit_of(name) for name in ("score", *members.values)} | {FREQUENCY: "Hz"}
     heads = [f"{name}, {units[name]}" if units.get(name) else name for name in columns]
     cells = [[_format(one) for one in row] for row in rows]
-    if count <= _MOST_DRAWN:
-        print_table(heads, cells, numbers=[head for head in heads if head != "gait"])
-    else:
-        echo(_align([heads, *cells]))
+    print_table(heads, cells, numbers=[head for head in heads if head != "gait"])
     console.print(f"Watch one: {command('play', run.path, '--member', 1)}", style="dim")
 
 
@@ -187,15 +183,6 @@ def _format(value: Any) -> str:
     if value is None:
         return "–"
     return number(value) if isinstance(value, float) else str(value)
-
-
-def _align(rows: Sequence[Sequence[str]]) -> str:
-    """Return a table as plain lines, which are never wrapped."""
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return "\n".join(
-        "  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True))
-        for row in rows
-    )
 
 
 def _print_map(run: RunSnapshot, members: Members, axes: tuple[str, ...] | None) -> None:

@@ -17,7 +17,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.sharing.code import PREFIX
 
 if TYPE_CHECKING:
-    from gaitsim.sharing.challenge import Challenge, Checked
+    from gaitsim.sharing.challenge import Challenge, CodeVerdict
     from gaitsim.storage.verification import Verdict
 
 
@@ -151,7 +151,7 @@ def _verify_code(challenge: Challenge, json: bool) -> bool:
     return checked.identical
 
 
-def _print_checked(checked: Checked) -> None:
+def _print_checked(checked: CodeVerdict) -> None:
     challenge = checked.challenge
     name, unit = challenge.experiment.name, challenge.experiment.fitness.unit
     _warn_of_other_machine(challenge.experiment.portability, checked.version_differences)

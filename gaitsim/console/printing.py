@@ -24,6 +24,7 @@ from gaitsim.console.streams import machine_readable, results
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import visible, visible_lines
 
+MOST_WRAPPED = 1_000  # rows of a table, as Rich takes a millisecond for each
 PIPED_WIDTH = 1000  # columns, so that rows are not wrapped for programs
 
 
@@ -154,7 +155,8 @@ def print_table(
 ) -> None:
     """Print a table to standard output with one-line cells.
 
-    Columns in `numbers` are aligned right.
+    Columns in `numbers` are aligned right. In a narrow terminal, cells wrap, unless there are many
+    rows.
     """
     console = output()
     head = list(columns)
@@ -163,8 +165,9 @@ def print_table(
     plain = [[cell for cell in row if isinstance(cell, str)] for row in (head, *body)]
     if all(len(row) == len(head) for row in plain):
         first, *others = _lines(plain, right)
-        if cell_len(first) <= console.width:
-            console.print(Text.assemble((first, "bold"), *(f"\n{line}" for line in others)))
+        if cell_len(first) <= console.width or len(body) > MOST_WRAPPED:
+            text = Text.assemble((first, "bold"), *(f"\n{line}" for line in others))
+            console.print(text, soft_wrap=True)
             return
     table = Table(box=None, pad_edge=False, header_style="bold")
     for name, number in zip(head, right, strict=True):

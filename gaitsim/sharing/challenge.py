@@ -296,7 +296,7 @@ def _genome(kind: bytes, genes: int, data: NDArray[np.uint8]) -> NDArray[Any]:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Checked(ReprMixin):
+class CodeVerdict(ReprMixin):
     """The result of verifying a challenge code.
 
     Attributes:
@@ -330,7 +330,7 @@ class Checked(ReprMixin):
         }
 
 
-def verify_challenge(challenge: Challenge) -> Checked:
+def verify_challenge(challenge: Challenge) -> CodeVerdict:
     """Replay a challenge's individual in the worlds of its generation and compare the scores.
 
     Raises:
@@ -342,7 +342,7 @@ def verify_challenge(challenge: Challenge) -> Checked:
     experiment = individual.experiment
     made = Provenance(challenge.generation, dict(challenge.versions))
     found = evaluate(experiment, challenge.genome[None], challenge.generation)
-    return Checked(
+    return CodeVerdict(
         challenge,
         float(found.scores[0]),
         found.terms_of(0),

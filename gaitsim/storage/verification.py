@@ -266,7 +266,7 @@ def _results(
     if run.start is not None:
         evolved[START] = "generation 1 evolved from it"
     files = {
-        EXPERIMENT: "except for name, description and limits",
+        EXPERIMENT: "except for texts and limits",
         BESTS: "" if complete else "scores and terms",
         SAVES: f"agrees with {CHECKPOINT}",
     }
@@ -275,7 +275,7 @@ def _results(
         unknown[f"{ADAPTATIONS}/"] = "verify each of its files"
     if complete:
         return file_results(found, files | evolved, unknown)
-    agrees = dict.fromkeys(evolved, "agrees with the other files, but was not evolved again")
+    agrees = dict.fromkeys(evolved, "agrees with the other files")
     return file_results(found, files, agrees | unknown)
 
 

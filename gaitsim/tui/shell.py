@@ -139,11 +139,6 @@ class Shell(ViKeys):
             self.register_theme(ours)
         self.theme = theme or (config.theme if config else None) or DEFAULT
 
-    @property
-    def has_config(self) -> bool:
-        """Whether the user's settings are read and may be written."""
-        return self._config is not None
-
     # The terminal
 
     @property

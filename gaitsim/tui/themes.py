@@ -55,24 +55,17 @@ OKABE_ITO = _theme(
     border="#3A4650",
 )  # fmt: skip
 
-INKS: Mapping[str, str] = {
-    name: f"${name}"
-    for name in (
-        "primary", "secondary", "accent", "warning", "error", "success", "foreground",
-        "primary-muted",
-    )
-}  # fmt: skip
-"""Styles of texts by variable of the theme, resolved when a text is drawn."""
+INKS = ("primary", "secondary", "accent", "warning", "error", "success", "foreground")
+"""Variables of a theme that texts use as styles, such as `$error`, resolved when drawn."""
 
 
 def ink_styles(variables: Mapping[str, str]) -> dict[str, Style]:
-    """Return the styles of a theme that `INKS` names, alone or after 'bold' or 'bold on'."""
+    """Return the styles of a theme that `INKS` names, alone or after 'bold'."""
     styles = {}
-    for name, ink in INKS.items():
+    for name in INKS:
         colour = Color.parse(variables[name]).rich_color
-        styles[ink] = Style(color=colour)
-        styles[f"bold {ink}"] = Style(color=colour, bold=True)
-        styles[f"bold on {ink}"] = Style(bgcolor=colour, bold=True)
+        styles[f"${name}"] = Style(color=colour)
+        styles[f"bold ${name}"] = Style(color=colour, bold=True)
     return styles
 
 

@@ -50,7 +50,7 @@ def test_tags_keys_and_deleted_runs_are_offered(offered, run_folders):
 
 
 def test_commands_flags_and_choices_are_offered(offered):
-    assert offered("pl") == ["plot", "play", "playground", "plugins"]
+    assert offered("pl") == ["plot", "play", "plugins", "playground"]
     assert offered("plugins", "sh") == ["show"]
     assert offered("video", "spider", "--fp") == ["--fps"]
     assert offered("plot", "spider", "--kind", "fo") == ["footfall"]

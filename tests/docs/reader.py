@@ -140,7 +140,7 @@ def does_all(
     gaitsim: Callable[..., SimpleNamespace],
 ) -> None:
     """Do in a folder what a page or a `--help` says, and fail with all commands that fail."""
-    quadruped = ROOT / "plugins" / "gaitsim_robot" / "models" / "quadruped.xml"
+    quadruped = ROOT / "plugins" / "gaitsim-robot" / "gaitsim_robot" / "models" / "quadruped.xml"
     shutil.copy(quadruped, folder / "my_robot.urdf")  # the root element tells the format
     if path in HELP:
         its_examples_exist(FOUND[path], folder, runs, gaitsim)

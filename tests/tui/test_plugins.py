@@ -80,7 +80,7 @@ def test_no_width_breaks_a_word(width, puppets):
         for name, plugin in classes.items():
             console = Console(width=width, color_system=None, theme=THEME)
             with console.capture() as capture:
-                console.print(plugin_view(kind, name, catalogue, INKS))
+                console.print(plugin_view(kind, name, catalogue))
             words = {*capture.get().replace("=", " ").split()}
             for option, field in plugin.model_fields.items():
                 cells = option, options.default(field), options.meaning(field)

@@ -216,10 +216,6 @@ class TestExports:
             ("Imitation network", {"video": "true"}, "imitate 'runs/a b' --video"),
             ("Imitation network", {"run": "best gait.mat", "epochs": "9"},
              "imitate 'best gait.mat' --epochs 9"),
-            ("Drive the robot", {"port": "p 1", "calibration": "robot.toml", "imu": "true"},
-             "drive 'runs/a b' --port 'p 1' --calibration robot.toml --imu"),
-            ("Calibrate the robot", {"port": "p", "joint": "L1 knee"},
-             "robots calibrate 'runs/a b' --port p --joint 'L1 knee'"),
             ("Run differences", {"runs": "c 'runs/d e'", "by": "seconds"},
              "differences 'runs/a b' c 'runs/d e' --by seconds"),
         ):  # fmt: skip
@@ -245,9 +241,6 @@ class TestExports:
             monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
             monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
         found = unavailable_products(run)
-        robots = {form.title for form in found if form.action and form.action.terminal}
-        assert robots == {"Drive the robot", "Calibrate the robot"}
-        found = {form: error for form, error in found.items() if form.title not in robots}
         for product in found:
             arguments = product.read(run, {})[0]
             assert found[product].what in gaitsim(*arguments, code=2).stderr

@@ -33,7 +33,6 @@ from gaitsim.tui.products import (
     unavailable_products,
 )
 from gaitsim.tui.screens.base import Dialog, PaletteCommand
-from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.form import Field
 from gaitsim.tui.widgets.lists import ChoiceList
 
@@ -115,7 +114,7 @@ class ExportDialog(Dialog[Answer]):
         at = menu.highlighted
         rows = []
         for group, found in self._forms.items():
-            heading = f"bold {INKS['secondary']}"
+            heading = "bold $secondary"
             rows.append(Row(Text(group, heading), disabled=True))
             for product in found:
                 bad = product in self._lacking

@@ -21,7 +21,6 @@ from gaitsim.tui.formatting import clip
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import PaletteCommand, RunChoice
 from gaitsim.tui.screens.run_actions import RunActions
-from gaitsim.tui.themes import INKS
 
 if TYPE_CHECKING:
     from gaitsim.storage.growing import RunsWatcher
@@ -179,7 +178,7 @@ other terminals.
             folder = self.gaitsim.folder
             among = f"the {len(self.listed)} runs" if self.listed else ""
             among += " read so far" if among and self.runs is None else ""
-            empty.update(no_runs(folder, among, self.filter, self._problem, INKS))
+            empty.update(no_runs(folder, among, self.filter, self._problem))
         elif self.focused is None:
             self.set_focus(self._table)
         self._title()
@@ -238,7 +237,7 @@ other terminals.
         if run is not None:
             width = max(1, self.size.width - 2)
             assert self._table is not None, "it has the cursor"
-            text = details(run, INKS, width, self._table.scale(run))
+            text = details(run, width, self._table.scale(run))
             if text != self._shown_details:
                 height = len(text.wrap(self.app.console, width))
                 # A new layout at each move of the cursor would make it lag.

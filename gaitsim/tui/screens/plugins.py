@@ -1,7 +1,7 @@
 """The installed bodies, fitness functions, operators and presets, and their packages."""
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from rich.console import Console, ConsoleOptions, Group, RenderableType, RenderResult
@@ -25,7 +25,6 @@ from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
-from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.lists import ChoiceList
 
 TITLES = {kind: kind for kind in PLUGINS} | {
@@ -89,13 +88,13 @@ result, with the errors to fix.
             )
 
     def _list(self) -> None:
-        menu, colours = self.query_one("#installed", OptionList), INKS
+        menu = self.query_one("#installed", OptionList)
         chosen = menu.highlighted_option
         words = self.query_one("#filter", Input).value.casefold().split()
         self._found = {}
         rows: list[Option] = []
         for kind in (*PLUGINS, EXPERIMENTS):
-            heading = Text(TITLES[kind], style=f"bold {colours['secondary']}")
+            heading = Text(TITLES[kind], style="bold $secondary")
             rows.append(Option(heading, disabled=True))
             for name, claims in entries(kind).items():
                 if all(word in self._words(kind, name, claims) for word in words):
@@ -161,17 +160,15 @@ result, with the errors to fix.
         self.refresh_bindings()
 
     def _view(self, kind: str, name: str) -> RenderableType:
-        claims, colours = self._found[f"{kind} {name}"], INKS
-        head = Text.assemble(
-            (visible(name), f"bold {colours['primary']}"), f"  {NOUNS.get(kind, kind)}\n"
-        )
+        claims = self._found[f"{kind} {name}"]
+        head = Text.assemble((visible(name), "bold $primary"), f"  {NOUNS.get(kind, kind)}\n")
         for claim in claims:
             head.append(visible(f"{claim.source}  {claim.target}") + "\n", style="dim")
         if self.catalogue is None:
             return head
         if kind == EXPERIMENTS:
             return Content.from_rich_text(head) + Content("\n") + preset_view(name, self.catalogue)
-        return Group(head, plugin_view(kind, name, self.catalogue, colours))
+        return Group(head, plugin_view(kind, name, self.catalogue))
 
     def action_check(self) -> None:
         """Check the highlighted plugin in the background."""
@@ -212,17 +209,15 @@ result, with the errors to fix.
         return super().check_action(action, parameters)
 
 
-def plugin_view(
-    kind: str, name: str, catalogue: Catalogue, colours: Mapping[str, str]
-) -> RenderableType:
+def plugin_view(kind: str, name: str, catalogue: Catalogue) -> RenderableType:
     """Return all information about a plugin, or the reason why it cannot be used."""
     plugin = catalogue.classes[kind].get(name)
     if plugin is None:
-        return Text(visible_lines(str(catalogue.failure(kind, name))), style=colours["error"])
+        return Text(visible_lines(str(catalogue.failure(kind, name))), style="$error")
     # Join the lines of each paragraph, which is wrapped at the available width.
     about = re.sub(r"(?<!\n)\n(?=[^\s*-])", " ", catalogue.about(kind, name))
     parts: list[RenderableType] = [Text(visible_lines(about) + "\n")]
-    parts.append(OptionTable(plugin, colours))
+    parts.append(OptionTable(plugin))
     facts = Table.grid(padding=(0, 2))
     facts.add_column(no_wrap=True)
     for title, text in _facts(kind, name, plugin, catalogue):
@@ -265,14 +260,13 @@ class OptionTable:
     """The options of a plugin as a table, or as a list if words would break in the table."""
 
     plugin: type[Plugin]
-    colours: Mapping[str, str]
 
     def __rich_console__(self, console: Console, settings: ConsoleOptions) -> RenderResult:
         rows = [
             (name, options.default(field), options.allowed(field), options.meaning(field))
             for name, field in self.plugin.model_fields.items()
         ]
-        head = f"bold {self.colours['primary']}"
+        head = "bold $primary"
         if not rows:
             yield Text("The plugin has no options.", style="dim")
         elif settings.max_width < TABLE:

@@ -26,7 +26,6 @@ from gaitsim.tui.screens.replay_loading import (
     number_of,
     with_number,
 )
-from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
 from gaitsim.tui.widgets.footfalls import FootfallStrip
@@ -186,7 +185,7 @@ class ReplayPane(Vertical):
             fitting = (text for text in texts if text.cell_len <= width - NAME)
             rest.append_text(next(fitting, texts[-1]))
         if self.damage:
-            rest.append(f"  {', '.join(self.damage)}", INKS["error"])
+            rest.append(f"  {', '.join(self.damage)}", "$error")
         if self.loading_now:
             rest.append(f"  reading {self._requested} …", "dim")
         name = clip_name(self.run.name, max(width - rest.cell_len, NAME))

@@ -16,7 +16,6 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
 from gaitsim.tui.tasks import Task, TaskChanged
-from gaitsim.tui.themes import INKS
 from gaitsim.tui.widgets.lists import FileTable, OpenTable
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
@@ -102,12 +101,11 @@ with several files opens their list.
         self.refresh_bindings()
 
     def _show(self, task: Task) -> None:
-        colours = INKS
-        lines = [Text(f"$ {visible(task.command)}", style=colours["secondary"])]
+        lines = [Text(f"$ {visible(task.command)}", style="$secondary")]
         lines += map(Text, task.output)
-        lines += [Text(line, style=colours["warning"]) for line in task.notices]
+        lines += [Text(line, style="$warning") for line in task.notices]
         if task.error is not None or (task.state == "failed" and not task.notices):
-            lines.append(Text(task.message, style=colours["error"]))
+            lines.append(Text(task.message, style="$error"))
         if task.files:
             lines.append(Text(f"enter: {'open' if len(task.files) == 1 else 'list files'}", "dim"))
             lines += [Text(visible(str(file.absolute()))) for file in task.files]

@@ -16,7 +16,6 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import Dialog, GaitScreen
 from gaitsim.tui.screens.tasks import GLYPHS, bar
 from gaitsim.tui.tasks import Task, TaskChanged
-from gaitsim.tui.themes import INKS
 
 VERB, ALL = "verify", "--all"
 LONGEST = 100_000  # maximum number of characters in a command's argument
@@ -91,9 +90,8 @@ Verification continues in the background when you leave the screen; return to se
     def _show(self) -> None:
         task = self.job
         assert task is not None
-        colours = INKS
         glyph, word, colour = _verdict(task)
-        state = Text(f"{glyph} {word}", f"bold {colours[colour]}")
+        state = Text(f"{glyph} {word}", f"bold ${colour}")
         parts = [bar(task)] if task.running and bar(task) else []
         parts.append(f"{'for' if task.running else 'after'} {duration(task.seconds)}")
         state.append("".join(f"   {part}" for part in parts), "dim")

@@ -25,7 +25,6 @@ from gaitsim.storage.overview import Overview
 from gaitsim.storage.query import sort_runs, value_of
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.themes import INKS
 
 STATES = {
     "running": ("● running", "success"),
@@ -244,16 +243,16 @@ class RunTable(ScrollView, can_focus=True):
         match name:
             case "name":
                 marked = run.path in self.marked
-                mark = (MARK, INKS["primary"]) if marked else (NO_MARK, "dim")
+                mark = (MARK, "$primary") if marked else (NO_MARK, "dim")
                 text = Text.assemble(mark, (clip_name(run.name, width - len(MARK)), "bold"))
                 return _fit(text, width)
             case "curve":
-                shown, style = _sparkline(run.curve, width, self.scale(run)), INKS["primary"]
+                shown, style = _sparkline(run.curve, width, self.scale(run)), "$primary"
             case "state":
                 shown, colour = STATES[run.state]
-                style = INKS[colour]
+                style = f"${colour}"
             case "tag":
-                shown, style = ", ".join(run.tags), INKS["secondary"]
+                shown, style = ", ".join(run.tags), "$secondary"
             case _:
                 shown = run_cell(run, name, self._now)
         return _fit(Text(clip(shown, width), style), width, right=self._right(name))
@@ -434,21 +433,18 @@ def _fit(text: Text, width: int, *, right: bool = False) -> Text:
     return text
 
 
-def details(
-    run: Overview, colours: Mapping[str, str], width: int, scale: Scale | None = None
-) -> Text:
+def details(run: Overview, width: int, scale: Scale | None = None) -> Text:
     """Return the name, description, note, plugins, seed, stage and time of a run, or its problems.
 
     Args:
         run: the run.
-        colours: colours by the name of the theme's variable.
         width: width of a line, cells.
         scale: scale of its curve in the table.
     """
     name = Text.assemble((visible(run.name), "bold"), "  ", (visible(run.description), ""))
     lines = [name, *(Text(visible(line), style="italic") for line in _first_lines(run.note))]
     for error in filter(None, (run.problem, run.failure)):
-        lines.append(Text(visible_lines(str(error)), style=colours["error"]))
+        lines.append(Text(visible_lines(str(error)), style="$error"))
     if run.problem is None:
         plugins = [
             visible(f"{'body' if kind == 'organism' else kind} {run.plugins[kind]}")
@@ -463,7 +459,7 @@ def details(
         if scale is not None:  # of all runs with this body and fitness
             facts.append(f"curve from {number(scale[0])} to {number(scale[1])}")
         lines += [
-            Text("\n".join(_lines(plugins, width)), style=colours["secondary"]),
+            Text("\n".join(_lines(plugins, width)), style="$secondary"),
             Text(SEPARATOR.join(facts), style="dim"),
         ]
     return Text("\n").join(lines)
@@ -487,9 +483,7 @@ def _first_lines(note: str) -> list[str]:
     return lines if len(lines) <= LINES else [*lines[: LINES - 1], f"{lines[LINES - 1]} …"]
 
 
-def no_runs(
-    folder: Path, among: str, words: str, problem: GaitsimError | None, colours: Mapping[str, str]
-) -> Text:
+def no_runs(folder: Path, among: str, words: str, problem: GaitsimError | None) -> Text:
     """Return the reason why no run is shown.
 
     Args:
@@ -497,10 +491,9 @@ def no_runs(
         among: the runs to which the filter was applied, such as 'the 3 runs'; '' without runs.
         words: the filter.
         problem: reason why the folder cannot be read; None if it can be read.
-        colours: colours by the name of the theme's variable.
     """
     if problem is not None:
-        return Text(visible_lines(str(problem)), style=colours["error"])
+        return Text(visible_lines(str(problem)), style="$error")
     if among:
         return Text(f"None of {among} matches “{words}”.")
     return Text.assemble(

@@ -28,7 +28,8 @@ from gaitsim_adaptation.settings import MOST_TRIALS, AdaptationSettings
 
 if TYPE_CHECKING:
     from gaitsim.plugin.runs import RunSnapshot
-    from gaitsim_adaptation.adaptation import Adaptation, Place
+    from gaitsim_adaptation.adaptation import Adaptation
+    from gaitsim_adaptation.record import Place
     from gaitsim_adaptation.trials import Proposal
     from gaitsim_adaptation.view import AdaptationView
 
@@ -238,7 +239,7 @@ class Adapt(AdaptOptions):
         """Run the trials, propose a gait for the robot, or write the report on all leg losses."""
         from gaitsim.plugin.pictures import check_target
         from gaitsim.plugin.runs import RunSnapshot
-        from gaitsim_adaptation.adaptation import default_name, normalise_damage
+        from gaitsim_adaptation.record import default_name, normalise_damage
 
         self._check()
         if self.figure is not None:
@@ -386,7 +387,7 @@ class Adapt(AdaptOptions):
 
 def _check_proposed(run: RunSnapshot, name: str, flag: str) -> None:
     """Check that an adaptation has begun, so that a gait can have been measured."""
-    from gaitsim_adaptation.adaptation import adaptation_file
+    from gaitsim_adaptation.record import adaptation_file
 
     if not adaptation_file(run.path, name).exists():
         raise GaitsimError(

@@ -17,7 +17,7 @@ from gaitsim.plugin.pictures import visible, visible_lines
 from gaitsim.plugin.runs import Member, Which, command
 from gaitsim.plugin.toolkit import damage_options, parse_damage
 from gaitsim.screen import Ask, Confirm, GaitScreen, RunChoice, bindings, options_of
-from gaitsim_adaptation.adaptation import Adaptation, Place, open_adaptation
+from gaitsim_adaptation.adaptation import Adaptation, open_adaptation
 from gaitsim_adaptation.answers import ANSWERS
 from gaitsim_adaptation.damage import (
     BodyPlan,
@@ -34,6 +34,7 @@ from gaitsim_adaptation.laboratory_panels import (
     read_subject,
     simulate_walk,
 )
+from gaitsim_adaptation.record import Place
 from gaitsim_adaptation.trials import Trial, refinements
 
 NOT_READ = "The run is still being read, or cannot be read."

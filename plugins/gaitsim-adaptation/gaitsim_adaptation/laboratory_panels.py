@@ -1,6 +1,6 @@
 """Panels of the laboratory: walks of a body, and the trials of an adaptation."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from string import ascii_lowercase
@@ -25,7 +25,7 @@ from gaitsim.plugin.gait import (
 )
 from gaitsim.plugin.pictures import ArchiveView, Plan, number, plan_of, visible, visible_lines
 from gaitsim.plugin.runs import Individual, RunSnapshot, Which
-from gaitsim.screen import INKS, ArchiveMap, BodyCanvas, clip
+from gaitsim.screen import ArchiveMap, BodyCanvas, clip
 from gaitsim_adaptation.adaptation import Adaptation
 from gaitsim_adaptation.damage import Choice, Legs, damage_texts
 from gaitsim_adaptation.prior import DEFAULT_MEASURE
@@ -197,7 +197,7 @@ class WalkPane(Vertical):
     def _title(self) -> None:
         width = max(self.size.width - 3, 8)
         first = Text(clip(self._pane_title, width), "bold", no_wrap=True)
-        second = describe_walk(self.walk, self._share, width, INKS)
+        second = describe_walk(self.walk, self._share, width)
         self._heading.update(Text("\n").join([first, second]))
 
 
@@ -206,15 +206,13 @@ def colour_of(share: float) -> str:
     return "success" if share >= WALKS else "warning" if share >= LIMPS else "error"
 
 
-def describe_walk(
-    walk: Walk | None, share: float | None, width: int, colours: Mapping[str, str]
-) -> Text:
+def describe_walk(walk: Walk | None, share: float | None, width: int) -> Text:
     """Return the distance in metres, a bar with its share of the intact one, and any fall."""
     text = Text(no_wrap=True, overflow="ellipsis")
     if walk is None:
         return text
     ink = "foreground" if share is None else colour_of(share)
-    text.append(f"{number(walk.forward, 2)} m", f"bold {colours[ink]}")
+    text.append(f"{number(walk.forward, 2)} m", f"bold ${ink}")
     if share is not None:
         percent = f" {number(100 * share, 0)} %"
         fallen = len(FALLEN) + 1 if walk.fell is not None else 0
@@ -222,12 +220,12 @@ def describe_walk(
         if cells > 2:
             filled = round(min(max(share, 0.0), 1.0) * cells)
             full = "█" * filled if share <= 1 else "█" * (filled - 1) + "▶"  # beyond the bar
-            text.append(" ").append(full, colours[ink])
+            text.append(" ").append(full, f"${ink}")
             text.append("░" * (cells - filled), "dim")
-        text.append(percent, colours[ink])
+        text.append(percent, f"${ink}")
     if walk.fell is not None:
-        text.append(f" {FALLEN}", f"bold {colours['error']}")
-        text.append(f" at {walk.fell:.1f} s", colours["error"])
+        text.append(f" {FALLEN}", "bold $error")
+        text.append(f" at {walk.fell:.1f} s", "$error")
     return text
 
 
@@ -284,7 +282,7 @@ class Trials(Horizontal):
 
     def _list(self, adaptation: Adaptation) -> None:
         self.table.clear()
-        prior, best, colours = adaptation.prior, adaptation.best, INKS
+        prior, best = adaptation.prior, adaptation.best
         unit = visible(f" {prior.unit}".rstrip())
         for trial in adaptation.trials:
             kept = trial.measured / prior.best
@@ -293,7 +291,7 @@ class Trials(Horizontal):
                 Text(f"{'+' * bool(trial.genome)}{trial.member:,}", justify="right"),
                 Text(f"{number(trial.expected, 2)} ± {number(trial.deviation, 2)}{unit}"),
                 Text(f"{number(trial.measured, 2)}{unit}", justify="right"),
-                Text(f"{number(100 * kept, 0)} %", colours[colour_of(kept)], justify="right"),
+                Text(f"{number(100 * kept, 0)} %", f"${colour_of(kept)}", justify="right"),
             )
         self.table.move_cursor(row=len(adaptation.trials) - 1)
 

@@ -27,7 +27,7 @@ from gaitsim.plugin.runs import (
     write_bytes,
     writing,
 )
-from gaitsim_adaptation.adaptation import Adaptation, Place
+from gaitsim_adaptation.adaptation import Adaptation
 from gaitsim_adaptation.champion import Reference, find_reference
 from gaitsim_adaptation.prior import (
     DEFAULT_MEASURE,
@@ -37,6 +37,7 @@ from gaitsim_adaptation.prior import (
     atlas_members,
     read_prior,
 )
+from gaitsim_adaptation.record import Place
 from gaitsim_adaptation.settings import AdaptationSettings
 from gaitsim_adaptation.trials import (
     MeasureGait,

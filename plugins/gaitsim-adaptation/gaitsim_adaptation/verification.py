@@ -21,7 +21,6 @@ from gaitsim.plugin.runs import (
     file_results,
     holds_run,
 )
-from gaitsim_adaptation.adaptation import check_gaits, read_record
 from gaitsim_adaptation.champion import find_reference
 from gaitsim_adaptation.prior import (
     OnProgress,
@@ -32,6 +31,7 @@ from gaitsim_adaptation.prior import (
     intact_file,
     read_prior,
 )
+from gaitsim_adaptation.record import check_gaits, read_record
 from gaitsim_adaptation.report import (
     FILE,
     SUMMARY,

@@ -1,6 +1,7 @@
 """A body that can be damaged, and an atlas of its gaits."""
 
 import pytest
+from tui_driver import config, drive, state_folder  # noqa: F401 (fixtures)
 
 LIMPING = """
 import numpy as np

@@ -14,10 +14,10 @@ from gaitsim.individual import Member
 from gaitsim.legged.damage import Damage, damage_options, parse_damage
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.writer import RunWriter
-from gaitsim_adaptation.adaptation import adaptation_file, read_record
 from gaitsim_adaptation.damage import damage_texts, set_joint, toggle_leg
 from gaitsim_adaptation.laboratory import Laboratory
 from gaitsim_adaptation.laboratory_panels import axes_of, mark
+from gaitsim_adaptation.record import adaptation_file, read_record
 from gaitsim_adaptation.trials import Trial
 
 
@@ -142,7 +142,7 @@ async def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
 @pytest.mark.slow
 async def test_joint_damage_is_checked_against_the_body(atlas, drive):
     async with drive() as driver:
-        driver.app.screen.show_screen("laboratory.Laboratory", atlas, Member(2))
+        driver.app.push_screen(Laboratory(atlas, Member(2)))
         screen = await driver.at("Laboratory")
         await driver.until(lambda: screen.plan.plan is not None and not screen.is_busy("walk"))
         assert "member 2, intact" in driver.text("WalkPane Static")

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import gaitsim as gs
-from gaitsim_adaptation.adaptation import adaptation_file, read_record
 from gaitsim_adaptation.answers import AnswerReader
+from gaitsim_adaptation.record import adaptation_file, read_record
 from gaitsim_adaptation.trials import propose
 from gaitsim_wire.trials import Played
 

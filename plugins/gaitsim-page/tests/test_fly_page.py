@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from javascript import call
 
-from gaitsim.choices import STEERING_PRESETS
 from gaitsim.experiment import load_experiment
 from gaitsim_fly import assets
 from gaitsim_fly.organism import Fly
@@ -73,7 +72,7 @@ def test_commands_give_the_same_bits_as_in_python(wings):
 
 @pytest.mark.slow
 def test_the_trained_networks_fly_for_a_minute_with_the_same_bits():
-    fly = load_experiment(STEERING_PRESETS[0]).organism
+    fly = load_experiment("fly-steer-hover").organism
     for expected, found in zip(*commanded(fly, fly.controllers(), 60.0, 7), strict=True):
         assert np.array_equal(expected[0], found[0])
 

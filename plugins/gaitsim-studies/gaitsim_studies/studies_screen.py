@@ -15,7 +15,6 @@ from gaitsim.plugin.pictures import ago, visible, visible_lines
 from gaitsim.plugin.runs import EXPERIMENT, command
 from gaitsim.screen import (
     BAR,
-    INKS,
     FileTable,
     GaitScreen,
     OpenTable,
@@ -160,7 +159,7 @@ part of either and compares every bit.
         part = 1.0 if one.state == "finished" else part
         return (
             Text(one.kind),
-            Text(state, INKS[colour]),
+            Text(state, f"${colour}"),
             Text("" if part is None else progress_bar(part)),
             Text(ago(self.gaitsim.clock() - one.changed)),
             Text(clip_name(one.path.name, self._name_width)),
@@ -175,19 +174,19 @@ part of either and compares every bit.
         if one is None:
             self.refresh_bindings()
             return
-        colours, task = INKS, self._latest_task(one.path)
+        task = self._latest_task(one.path)
         lines = [Text(visible(str(one.path)), "bold")]
         if one.description:
             lines.append(Text(visible(one.description)))
         if one.total is not None:
             lines.append(Text(f"{one.done:,} of {one.total:,} cells finished"))
         if one.problem is not None:
-            lines.append(Text(visible_lines(str(one.problem)), colours["error"]))
+            lines.append(Text(visible_lines(str(one.problem)), "$error"))
         elif task is not None and task.running:
             lines.append(Text(task.progress or "Preparing", "dim"))
         elif one.kind == "comparison" and one.state == "stopped":
             lines.append(Text("The comparison was stopped; start it again to continue it.", "dim"))
-        lines.append(Text(f"Command: {visible(self.command_line())}", colours["secondary"]))
+        lines.append(Text(f"Command: {visible(self.command_line())}", "$secondary"))
         panel.update(Text("\n").join(lines))
         self.refresh_bindings()
 

@@ -6,7 +6,7 @@ import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING
 
 from gaitsim.plugin import GaitsimError, RunError, option
 from gaitsim.plugin.commands import DASK, INTERRUPTED, JSON, WORKERS, Action, argument
@@ -75,12 +75,11 @@ class RunStudy(Action):
         """Run the cells, and write the results."""
         from dataclasses import asdict
 
-        from gaitsim.plugin.commands import cluster, print_json
-        from gaitsim.plugin.runs import RunLock, check_links, create_folder
+        from gaitsim.plugin.commands import cluster, interruptible, notice, print_json
+        from gaitsim.plugin.runs import RunLock, check_links, command, create_folder
         from gaitsim_studies.file import STUDY, cells, experiment_files, read_study
         from gaitsim_studies.plots import plot_cells, plot_surfaces
         from gaitsim_studies.results import write_results
-        from gaitsim_studies.running import results
 
         resumed = os.path.lexists(Path(self.study) / STUDY)
         if resumed:
@@ -92,16 +91,18 @@ class RunStudy(Action):
         with cluster(self.dask, self.workers) as executor:
             if not resumed:
                 folder = create_folder(folder, {STUDY: text, **experiment_files(study)})
-            lock = RunLock(folder)
+            lock, again = RunLock(folder), command("study", folder)
             try:
-                if not _run(folder, study, all_cells, self.workers, executor):
-                    _exit_stopped(folder)
-                found, missing = results(folder, study, all_cells)
-                if missing:
-                    raise RunError(f"cell {missing[0].index} of {folder} is missing or damaged")
-                reached = _confirm(folder, study, found, self.workers, executor)
-                if reached is None:
-                    _exit_stopped(folder)
+                try:
+                    with interruptible():
+                        found = _run(folder, study, all_cells, self.workers, executor)
+                        reached = _confirm(folder, study, found, self.workers, executor)
+                except KeyboardInterrupt:
+                    notice(f"Stopped; finished cells are saved. Continue with: {again}")
+                    sys.exit(INTERRUPTED)
+                except GaitsimError as error:
+                    error.add_remedy(f"run the remaining cells: {again}")
+                    raise
                 write_results(folder, study, found, reached)
                 plot_surfaces(folder, study, found)
                 plot_cells(folder, study, found)
@@ -132,29 +133,21 @@ def _run(
     all_cells: Sequence[Cell],
     workers: int | None,
     executor: Executor | None,
-) -> bool:
-    """Run the missing cells with a progress bar; return False if the user stops it."""
-    from gaitsim.plugin.commands import Progress, interruptible, warn_of_cluster as warn
+) -> list[tuple[Cell, Best]]:
+    """Run the missing cells with a progress bar, and return the results of all cells."""
+    from gaitsim.plugin.commands import Progress, warn_of_cluster as warn
     from gaitsim_studies.running import results, run_cells
 
     _, missing = results(folder, study, all_cells)
     done = len(all_cells) - len(missing)
     log = f"study {folder}: {len(missing)} of {len(all_cells)} cells to run"
-    try:
-        with (
-            interruptible(),
-            Progress(f"study {folder}", "cells", len(all_cells), done, log=log) as progress,
-        ):
-            for _ in run_cells(folder, study, missing, workers, warn, executor):
-                progress.advance()
-    except KeyboardInterrupt:
-        return False
-    except GaitsimError as error:
-        from gaitsim.plugin.runs import command
-
-        error.add_remedy(f"run the remaining cells: {command('study', folder)}")
-        raise
-    return True
+    with Progress(f"study {folder}", "cells", len(all_cells), done, log=log) as progress:
+        for _ in run_cells(folder, study, missing, workers, warn, executor):
+            progress.advance()
+    found, missing = results(folder, study, all_cells)
+    if missing:
+        raise RunError(f"cell {missing[0].index} of {folder} is missing or damaged")
+    return found
 
 
 def _confirm(
@@ -163,39 +156,20 @@ def _confirm(
     found: Sequence[tuple[Cell, Best]],
     workers: int | None,
     executor: Executor | None,
-) -> list[ReachedTarget] | None:
-    """Run fresh repeats with a progress bar; return None if the user stops it."""
-    from gaitsim.plugin.commands import Progress, interruptible, warn_of_cluster as warn
+) -> list[ReachedTarget]:
+    """Run fresh repeats with a progress bar, and return the cells that reach the target."""
+    from gaitsim.plugin.commands import Progress, warn_of_cluster as warn
     from gaitsim_studies.confirmation import confirm
 
     if study.target is None:
         return []
     log = f"study {folder}: {study.fresh.repeats:,} fresh repeats of each candidate cell"
-    try:
-        with (
-            interruptible(),
-            Progress(f"confirm {folder}", "sets of repeats", log=log) as progress,
-        ):
+    with Progress(f"confirm {folder}", "sets of repeats", log=log) as progress:
 
-            def on_sets(done: int, total: int) -> None:
-                progress.expect(total)
-                progress.reach(done)
+        def on_sets(done: int, total: int) -> None:
+            progress.expect(total)
+            progress.reach(done)
 
-            return confirm(
-                folder, study, found, workers, on_sets=on_sets, on_warning=warn, cluster=executor
-            )
-    except KeyboardInterrupt:
-        return None
-    except GaitsimError as error:
-        from gaitsim.plugin.runs import command
-
-        error.add_remedy(f"run the remaining repeats: {command('study', folder)}")
-        raise
-
-
-def _exit_stopped(folder: Path) -> NoReturn:
-    from gaitsim.plugin.commands import notice
-    from gaitsim.plugin.runs import command
-
-    notice(f"Stopped; finished cells are saved. Continue with: {command('study', folder)}")
-    sys.exit(INTERRUPTED)
+        return confirm(
+            folder, study, found, workers, on_sets=on_sets, on_warning=warn, cluster=executor
+        )

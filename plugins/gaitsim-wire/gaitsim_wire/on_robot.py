@@ -42,7 +42,7 @@ class AdaptRobot(AdaptOptions, WireOptions):
         """Propose gaits, play them, and ask for their results."""
         from gaitsim.plugin.commands import INTERRUPTED, interruptible, notice
         from gaitsim.plugin.runs import RunSnapshot, exports_folder
-        from gaitsim_adaptation.adaptation import default_name, normalise_damage
+        from gaitsim_adaptation.record import default_name, normalise_damage
         from gaitsim_adaptation.view import AdaptationView
 
         self.check_wire()

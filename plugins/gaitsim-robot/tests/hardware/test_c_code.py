@@ -106,7 +106,9 @@ class Misnamed(Silent):
 def test_a_reflex_that_cannot_be_exported_is_named():
     organism, genome = robot()
     controller = organism.controller(genome)
-    with pytest.raises(GaitsimError, match=r"reflex 'heading' of package gaitsim .* no C code"):
+    with pytest.raises(
+        GaitsimError, match=r"reflex 'heading' of package gaitsim-robot .* no C code"
+    ):
         c_code(replace(controller, reflexes={"heading": Silent()}), "a gait")
     states = {"level": {"double": np.zeros(1)}}
     with pytest.raises(GaitsimError, match="'double', which is not a name in C"):
