@@ -62,7 +62,7 @@ API = {
             "gaitsim_studies.importance.Importance",
             "gaitsim_studies.importance.Share",
             "gaitsim.experiment.load_experiment",
-            "gaitsim.experiment.load_atlas",
+            "gaitsim_adaptation.atlas.load_atlas",
             "gaitsim.experiment.Experiment",
             "gaitsim.evolution.Generation",
             "gaitsim.evaluation.Evaluation",

@@ -9,7 +9,6 @@ from gaitsim.cli.help import group
 app = group(
     {
         "run": "Evolve a gait, and save the run in a folder.",
-        "atlas": "Evolve an atlas of a body's gaits: the best gait for each way of using the legs.",
         "resume": "Continue a run exactly as if it had never stopped, optionally with changed "
         "options.",
         "attach": "Watch a run that is evolving in the background or in another program.",
@@ -38,7 +37,6 @@ app = group(
     },
     {
         "run": "evolve:EvolveRun",
-        "atlas": "evolve:EvolveAtlas",
         "resume": "evolve:Resume",
         "attach": "background:Attach",
         "stop": "background:Stop",

@@ -103,6 +103,7 @@ from gaitsim.opening import (
     read_regular as read_regular,
 )
 from gaitsim.registry import (
+    EXPERIMENTS as EXPERIMENTS,
     FILES as FILES,
     REFLEX as REFLEX,
     STUDIES as STUDIES,

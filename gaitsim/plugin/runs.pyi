@@ -29,6 +29,7 @@ from gaitsim.experiment.loading import (
 from gaitsim.experiment.overrides import (
     COMMAND_LINE as COMMAND_LINE,
     Problems as Problems,
+    Typed as Typed,
     invalid_value as invalid_value,
     missing_option as missing_option,
 )
@@ -60,6 +61,7 @@ from gaitsim.storage.files.atomic import (
     write_bytes as write_bytes,
     writing as writing,
 )
+from gaitsim.storage.files.checkpoint import Champion as Champion
 from gaitsim.storage.files.folder import (
     ADAPTATIONS as ADAPTATIONS,
     CHECKPOINT as CHECKPOINT,
@@ -117,6 +119,7 @@ __all__ = [
     "MEAN",
     "SCORES",
     "Challenge",
+    "Champion",
     "Choice",
     "ComparedRun",
     "Drive",
@@ -136,6 +139,7 @@ __all__ = [
     "RunLock",
     "RunSnapshot",
     "RunsReader",
+    "Typed",
     "Verdict",
     "Verifier",
     "Which",

@@ -3,12 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gaitsim.errors import GaitsimError
-from gaitsim.experiment.loading import load_experiment
-from gaitsim.experiment.model import Experiment
-from gaitsim.experiment.overrides import COMMAND_LINE, Overrides, Typed
-from gaitsim.legged.stepping import DUTY
-from gaitsim.registry import EXPERIMENTS, contract_error, entries, options, plugin_errors
+from gaitsim.plugin import (
+    EXPERIMENTS,
+    GaitsimError,
+    contract_error,
+    entries,
+    options,
+    plugin_errors,
+)
+from gaitsim.plugin.runs import COMMAND_LINE, Experiment, Overrides, Typed, load_experiment
+from gaitsim.plugin.toolkit import DUTY
 
 SUFFIX = "-atlas"  # suffix of the name of a body's atlas preset
 SHARE = 0.0, 1.0

@@ -3,9 +3,10 @@
 import pytest
 
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment import load_atlas, load_experiment
+from gaitsim.experiment import load_experiment
 from gaitsim.experiment.overrides import Typed
 from gaitsim.registry import options
+from gaitsim_adaptation.atlas import load_atlas
 
 LEGS = ["L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4"]
 
