@@ -11,7 +11,7 @@ from environment import Environment
 from gaitsim_testing.checking import check_plugins
 from gaitsim_testing.packages import select_plugins
 
-GUIDE = Path(__file__).parents[2] / "docs" / "plugins.md"
+GUIDE = Path(__file__).parents[3] / "docs" / "plugins.md"
 # A path in backticks at the end of a line, before a block, is the file that the block is.
 BLOCK = re.compile(
     r"(?:`(?P<file>[\w./-]+)`:\n\n(?:<!-- not run -->\n)?)?"

@@ -8,7 +8,7 @@ from environment import Environment
 from gaitsim_testing.checking import check_plugins
 from gaitsim_testing.packages import select_plugins
 
-ROWER = Path(__file__).parents[1] / "fixtures" / "gaitsim-rower"
+ROWER = Path(__file__).parents[3] / "tests" / "fixtures" / "gaitsim-rower"
 
 
 @pytest.fixture(scope="module")
