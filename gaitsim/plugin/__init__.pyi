@@ -68,7 +68,6 @@ from gaitsim.contracts import (
     Solid as Solid,
     State as State,
     Steered as Steered,
-    SteeringPage as SteeringPage,
     Subject as Subject,
     Terrain as Terrain,
     Window as Window,

@@ -14,7 +14,6 @@ from gaitsim.actions.action import (
     choose_format as choose_format,
     not_combinable as not_combinable,
 )
-from gaitsim.actions.steer import SteeredBody as SteeredBody
 from gaitsim.cli.tui import (
     Root as Root,
     ThemeName as ThemeName,
@@ -57,7 +56,6 @@ __all__ = [
     "ChosenIndividual",
     "Progress",
     "Root",
-    "SteeredBody",
     "ThemeName",
     "all_or_nothing",
     "argument",
