@@ -39,8 +39,6 @@ class Export(Action):
 
     gaitsim export fly --format motion --out flies.csv --population last
 
-    gaitsim export spider --format tensorboard
-
     gaitsim export spider-atlas --format atlas
     """
 
