@@ -118,7 +118,6 @@ from gaitsim.registry import (
 from gaitsim.registry.loading import read_preset as read_preset
 from gaitsim.repr_mixin import ReprField as ReprField, ReprMixin as ReprMixin
 from gaitsim.toml import (
-    brief as brief,
     checksum as checksum,
     literal as literal,
     shortened as shortened,
