@@ -1,6 +1,5 @@
 """The walker as a plugin: genomes, channels, options, skeleton and reproducibility."""
 
-
 import numpy as np
 import pytest
 

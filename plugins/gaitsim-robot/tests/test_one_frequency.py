@@ -1,6 +1,5 @@
 """A robot's stride frequency and torque, which every command says alike."""
 
-
 import numpy as np
 import pytest
 

@@ -1,6 +1,5 @@
 """The physics of robots against closed forms."""
 
-
 import mujoco
 import numpy as np
 import pytest

@@ -1,6 +1,5 @@
 """Robot files in other units than metres, kilograms and radians: warnings and scales."""
 
-
 import mujoco
 import numpy as np
 import pytest
