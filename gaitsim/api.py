@@ -711,8 +711,8 @@ class Run(ReprMixin):
                 `gs.Member(3)`; () for the champion.
             dark: whether the background is dark.
             **options: options of the kind, such as `channel`, `components` (a sequence of names),
-                `window` (start and end in seconds), `beside` (names or folders of other runs) and
-                `axes` (two axes of an archive); `gaitsim plugins show KIND` lists them.
+                `window` (start and end in seconds) and `axes` (two axes of an archive);
+                `gaitsim plugins show KIND` lists them.
 
         Returns:
             The figure, which notebooks show and `savefig` writes.

@@ -44,11 +44,8 @@ from gaitsim.sharing.challenge import Challenge as Challenge, code_of as code_of
 from gaitsim.sharing.code import dictionary as dictionary
 from gaitsim.steering import Drive as Drive
 from gaitsim.storage.compare_runs import (
-    ComparedRun as ComparedRun,
-    RunsReader as RunsReader,
     differences as differences,
     scoring_warning as scoring_warning,
-    warning as warning,
 )
 from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
@@ -71,7 +68,6 @@ from gaitsim.storage.files.folder import (
     create_out_folder as create_out_folder,
     create_subfolder as create_subfolder,
     exports_folder as exports_folder,
-    find_run as find_run,
     free_name as free_name,
     holds_run as holds_run,
     list_runs as list_runs,
@@ -113,7 +109,6 @@ __all__ = [
     "MEAN",
     "Challenge",
     "Choice",
-    "ComparedRun",
     "Drive",
     "Evaluator",
     "Executor",
@@ -130,7 +125,6 @@ __all__ = [
     "Run",
     "RunLock",
     "RunSnapshot",
-    "RunsReader",
     "Verdict",
     "Verifier",
     "Which",
@@ -155,7 +149,6 @@ __all__ = [
     "figures_of",
     "file_results",
     "find_individual",
-    "find_run",
     "first_problem",
     "free_name",
     "holds_run",
@@ -187,7 +180,6 @@ __all__ = [
     "unfinished_error",
     "values_of",
     "versions",
-    "warning",
     "with_overrides",
     "write_bytes",
     "writing",

@@ -3,7 +3,6 @@
 import html
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib
 import matplotlib.image
@@ -136,8 +135,6 @@ def drawn(spider_run, bundled):
         runs = {"phase": "millipede", "front": "spider-front", "parallel": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
-        if kind == "runs":
-            more["beside"] = (str(bundled("millipede").path),)
         if kind == "archive":
             more["axes"] = ("duty factor L1", "duty factor R1")
         return draw(kind, request_for(run, **more))
@@ -362,33 +359,6 @@ def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
     with pytest.raises(NothingToPlotError, match="no common stride"):
         draw("phase", request_for(spider_run))
-
-
-def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
-    def run(name, *overrides):
-        run = puppet_run(*overrides)
-        run.path.rename(name)
-        return RunSnapshot(Path(name))
-
-    one = run("one")
-    bests = [one.history["best"]]
-    for seed in (2, 3):
-        bests.append(run(f"seed-{seed}", f"seed={seed}", "evolution.generations=4").history["best"])
-    run("copy")
-    run("short", "seed=4", "evolution.generations=1")
-    run("other", "seed=5", "search.elites=1")
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "experiment.toml").write_text("[")
-    (axes,) = draw("runs", request_for(one)).axes
-    (line,) = axes.lines
-    so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
-    assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
-    assert np.array_equal(line.get_xdata(), one.history["evaluations"][:4])
-    assert line.get_label() == "one (3 seeds)"
-    (band,) = axes.collections
-    low, high = band.get_datalim(axes.transData).intervaly
-    assert low == pytest.approx(np.quantile(so_far, 0.25, axis=0).min())
-    assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
 def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):
