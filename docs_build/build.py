@@ -62,7 +62,7 @@ API = {
             "gaitsim_studies.importance.Importance",
             "gaitsim_studies.importance.Share",
             "gaitsim.experiment.load_experiment",
-            "gaitsim.experiment.load_atlas",
+            "gaitsim_adaptation.atlas.load_atlas",
             "gaitsim.experiment.Experiment",
             "gaitsim.evolution.Generation",
             "gaitsim.evaluation.Evaluation",
@@ -114,7 +114,7 @@ API = {
             "gaitsim.encoding.amplitude_limit",
             "gaitsim.encoding.limit_steps",
             "gaitsim.encoding.check_joint_angles",
-            "gaitsim.testing",
+            "gaitsim_testing",
         ],
     ),
 }

@@ -47,7 +47,6 @@ if _typing.TYPE_CHECKING:
     from gaitsim.evolution import Generation as Generation
     from gaitsim.experiment import (
         Experiment as Experiment,
-        load_atlas as load_atlas,
         load_experiment as load_experiment,
     )
     from gaitsim.individual import Member as Member
@@ -66,7 +65,7 @@ _NAMES = {
     "gaitsim.evaluating": "evaluate",
     "gaitsim.evaluation": "Evaluation",
     "gaitsim.evolution": "Generation",
-    "gaitsim.experiment": "Experiment load_atlas load_experiment",
+    "gaitsim.experiment": "Experiment load_experiment",
     "gaitsim.individual": "Member",
     "gaitsim.optimiser": "Optimiser",
     "gaitsim.registry.python_plugins": "scalar",

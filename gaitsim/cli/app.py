@@ -9,7 +9,6 @@ from gaitsim.cli.help import group
 app = group(
     {
         "run": "Evolve a gait, and save the run in a folder.",
-        "atlas": "Evolve an atlas of a body's gaits: the best gait for each way of using the legs.",
         "resume": "Continue a run exactly as if it had never stopped, optionally with changed "
         "options.",
         "attach": "Watch a run that is evolving in the background or in another program.",
@@ -38,7 +37,6 @@ app = group(
     },
     {
         "run": "evolve:EvolveRun",
-        "atlas": "evolve:EvolveAtlas",
         "resume": "evolve:Resume",
         "attach": "background:Attach",
         "stop": "background:Stop",
@@ -83,14 +81,11 @@ app = group(
             {
                 "list": "List all plugins by kind, with their packages, without importing them.",
                 "show": "Show a plugin's options and, for a body, its channels and conditions.",
-                "check": "Check whether plugins fulfil the contract of their kind, and report what "
-                "to fix.",
                 "new": "Create a ready-to-run package for a new plugin in the folder NAME.",
             },
             {
                 "list": "plugins:ListPlugins",
                 "show": "plugins:ShowPlugin",
-                "check": "plugins:CheckPlugins",
                 "new": "plugins:NewPlugin",
             },
         ),

@@ -1,6 +1,5 @@
 """Experiments, which determine every result of a run: read from and written to TOML."""
 
-from gaitsim.experiment.atlas import load_atlas
 from gaitsim.experiment.loading import (
     load_experiment,
     parse_experiment,
@@ -42,7 +41,6 @@ __all__ = [
     "Transferability",
     "Typed",
     "Worlds",
-    "load_atlas",
     "load_experiment",
     "parse_assignments",
     "parse_experiment",

@@ -2,6 +2,7 @@
 
 from gaitsim.actions.action import (
     DASK as DASK,
+    EXPERIMENT as EXPERIMENT,
     GENERATIONS as GENERATIONS,
     JSON as JSON,
     POPULATION as POPULATION,
@@ -13,7 +14,9 @@ from gaitsim.actions.action import (
     argument as argument,
     choose_format as choose_format,
     not_combinable as not_combinable,
+    parse_pairs as parse_pairs,
 )
+from gaitsim.actions.evolve import EvolveNew as EvolveNew
 from gaitsim.cli.tui import (
     Root as Root,
     ThemeName as ThemeName,
@@ -23,6 +26,7 @@ from gaitsim.cli.tui import (
 from gaitsim.console import INTERRUPTED as INTERRUPTED
 from gaitsim.console.cluster import cluster as cluster, warn as warn_of_cluster
 from gaitsim.console.codes import read_individual as read_individual
+from gaitsim.console.evolving import starting_individual as starting_individual
 from gaitsim.console.interrupts import (
     all_or_nothing as all_or_nothing,
     interruptible as interruptible,
@@ -45,6 +49,7 @@ from gaitsim.console.streams import machine_readable as machine_readable, result
 
 __all__ = [
     "DASK",
+    "EXPERIMENT",
     "GENERATIONS",
     "INTERRUPTED",
     "JSON",
@@ -54,6 +59,7 @@ __all__ = [
     "WORKERS",
     "Action",
     "ChosenIndividual",
+    "EvolveNew",
     "Progress",
     "Root",
     "ThemeName",
@@ -70,6 +76,7 @@ __all__ = [
     "not_combinable",
     "notice",
     "output",
+    "parse_pairs",
     "print_facts",
     "print_json",
     "print_record",
@@ -78,6 +85,7 @@ __all__ = [
     "report_files",
     "results",
     "run_app",
+    "starting_individual",
     "status",
     "warn_of_cluster",
 ]

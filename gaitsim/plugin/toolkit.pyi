@@ -45,6 +45,7 @@ from gaitsim.legged import (
     world_seed as world_seed,
 )
 from gaitsim.legged.damage import damage_options as damage_options
+from gaitsim.legged.stepping import DUTY as DUTY
 from gaitsim.network import (
     ACTIVATION_CODES as ACTIVATION_CODES,
     LEAKY_RELU as LEAKY_RELU,
@@ -90,6 +91,7 @@ __all__ = [
     "BODY_HEIGHT",
     "CONDITIONS",
     "DAMAGE_HELP",
+    "DUTY",
     "FEET_AND_JOINTS",
     "IMUS",
     "LEAKY_RELU",

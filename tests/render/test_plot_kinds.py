@@ -16,7 +16,7 @@ import gaitsim as gs
 from gaitsim.actions.plot import file_stem
 from gaitsim.contracts import Channel, Motion, Skeleton, Subject
 from gaitsim.errors import GaitsimError, NothingToPlotError
-from gaitsim.experiment import load_atlas, load_experiment
+from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.components import limit_constant, lines_of, read_signal
@@ -24,6 +24,7 @@ from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import DARK, LIGHT, picture, save, styled
 from gaitsim.storage.snapshot import RunSnapshot
+from gaitsim_adaptation.atlas import load_atlas
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of

@@ -178,6 +178,6 @@ def test_a_genome_of_another_body_is_an_error(puppet, option, genome, says):
 
 def test_a_run_records_the_packages_of_reflexes():
     found = versions(load_experiment("hexapod-steady"))
-    assert found["reflex heading"].startswith("gaitsim ")
+    assert found["reflex heading"].startswith("gaitsim-robot ")
     [missing] = missing_packages({**found, "reflex balance": "robot-reflexes 1.2"})
     assert "pip install robot-reflexes==1.2" in missing.remedy

@@ -155,7 +155,6 @@ class TestStopped:
             await app_until(pilot, lambda: screen.query_one(BodyCanvas).skeleton is not None)
             assert offered(screen) == {
                 "go", "step", "change", "goal", "fork", "log", "replay", "export", "why",
-                "laboratory",
             }  # fmt: skip
             assert f"score {score:.4f}, champion of gen. {generation}" in text(
                 screen, "#live-champion"
@@ -400,7 +399,7 @@ class TestProblems:
         async with live(run) as (screen, pilot):
             await app_until(pilot, lambda: screen.snapshot.generation > 3)
             assert screen.state == "elsewhere"
-            assert offered(screen) == {"fork", "replay", "export", "why", "log", "laboratory"}
+            assert offered(screen) == {"fork", "replay", "export", "why", "log"}
             await app_until(pilot, lambda: "Another program" in text(screen, "#live-status"))
             before = screen.snapshot.generation
             await app_until(pilot, lambda: screen.snapshot.generation > before)
