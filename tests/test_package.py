@@ -87,7 +87,7 @@ def test_the_metadata_describe_the_package(wheel: Path) -> None:
     assert found["Name"] == "gaitsim"
     assert found["License-Expression"] == "MIT"
     assert found["Requires-Python"] == ">=3.11"
-    assert {"dask", "ros", "tensorboard", "serve", "bullet"} <= set(found.get_all("Provides-Extra"))
+    assert {"dask", "serve", "bullet"} <= set(found.get_all("Provides-Extra"))
     assert "Typing :: Typed" in found.get_all("Classifier")
     assert found["Description-Content-Type"] == "text/markdown"
     text = found.get_payload()
@@ -188,7 +188,7 @@ for package in sorted(root.glob("gaitsim*/")):
                 missing.add(error.name)
 print(*sorted(missing))
 """
-EXTRAS = {"aiohttp", "dask", "distributed", "pybullet", "rosbags", "tensorboardX", "textual_serve"}
+EXTRAS = {"aiohttp", "dask", "distributed", "pybullet", "textual_serve"}
 
 
 def test_all_modules_of_the_wheel_import_without_extras(installed: Path, tmp_path: Path) -> None:

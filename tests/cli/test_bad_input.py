@@ -118,8 +118,8 @@ def test_an_invalid_command_line_is_rejected(error_of, arguments, message):
         (
             "export R --format xml",
             "invalid --format: 'xml'",
-            "arduino, atlas, c, csv, dynamixel, feetech, glb, html, mat, motion, npz, ros2, "
-            "ros2-package, rosbag2, servo, tensorboard",
+            "arduino, atlas, c, csv, dynamixel, feetech, html, mat, motion, npz, ros2, "
+            "ros2-package, servo",
         ),
         ("video R --view left", "invalid --view: 'left'", "iso, side, top, orbit"),
     ],

@@ -3,7 +3,6 @@
 import html
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib
 import matplotlib.image
@@ -16,15 +15,14 @@ from matplotlib.path import Path as MatplotlibPath
 import gaitsim as gs
 from gaitsim.actions.plot import file_stem
 from gaitsim.contracts import Channel, Motion, Skeleton, Subject
-from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
+from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.components import limit_constant, lines_of, read_signal
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
-from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
-from gaitsim.render.scene import THEMES as SCENES
+from gaitsim.render.plots.style import DARK, LIGHT, picture, save, styled
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_adaptation.atlas import load_atlas
 from gaitsim_plots.archive import polygons
@@ -32,8 +30,6 @@ from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
-from gaitsim_studies.comparison import Sample, analyse
-from gaitsim_studies.plots import FIGURES
 
 SPACE = ("x", "y", "z")
 
@@ -140,8 +136,6 @@ def drawn(spider_run, bundled):
         runs = {"phase": "millipede", "front": "spider-front", "parallel": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
-        if kind == "runs":
-            more["beside"] = (str(bundled("millipede").path),)
         if kind == "archive":
             more["axes"] = ("duty factor L1", "duty factor R1")
         return draw(kind, request_for(run, **more))
@@ -287,35 +281,6 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
             draw(kind, Request(puppet_run()))
 
 
-OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
-
-
-@pytest.mark.parametrize("kind", FIGURES)
-def test_users_settings_do_not_change_a_comparison(kind, spider_run):
-    rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
-    found = analyse({"a": Sample(spider_run.experiment, rising)}, 10_000)
-    plain = picture(FIGURES[kind](found, LIGHT), "svg", LIGHT)
-    with matplotlib.rc_context(OWN_SETTINGS):
-        assert picture(FIGURES[kind](found, LIGHT), "svg", LIGHT) == plain
-    assert b"4 repeats" in plain
-
-
-def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
-    for name, theme in THEMES.items():
-        scene = SCENES[name]
-        assert (theme.left, theme.right) == (scene.left, scene.right)
-        assert theme.colours == scene.bodies
-        assert not {theme.left, theme.right} & {*theme.colours}
-        assert theme.foot_colours(["L1", "R2", "near", "far", "left_leg", "tail"]) == [
-            theme.left,
-            theme.right,
-            theme.right,
-            theme.left,
-            theme.left,
-            theme.ink,
-        ]
-
-
 def test_angles_are_in_degrees_small_lengths_in_millimetres_and_the_last_second_has_a_label(
     spider_run,
 ):
@@ -395,33 +360,6 @@ def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
     with pytest.raises(NothingToPlotError, match="no common stride"):
         draw("phase", request_for(spider_run))
-
-
-def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
-    def run(name, *overrides):
-        run = puppet_run(*overrides)
-        run.path.rename(name)
-        return RunSnapshot(Path(name))
-
-    one = run("one")
-    bests = [one.history["best"]]
-    for seed in (2, 3):
-        bests.append(run(f"seed-{seed}", f"seed={seed}", "evolution.generations=4").history["best"])
-    run("copy")
-    run("short", "seed=4", "evolution.generations=1")
-    run("other", "seed=5", "search.elites=1")
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "experiment.toml").write_text("[")
-    (axes,) = draw("runs", request_for(one)).axes
-    (line,) = axes.lines
-    so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
-    assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
-    assert np.array_equal(line.get_xdata(), one.history["evaluations"][:4])
-    assert line.get_label() == "one (3 seeds)"
-    (band,) = axes.collections
-    low, high = band.get_datalim(axes.transData).intervaly
-    assert low == pytest.approx(np.quantile(so_far, 0.25, axis=0).min())
-    assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
 def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):
@@ -659,53 +597,6 @@ def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
     assert any("body × 10" in text for text in texts(draw("path", Request(flier, (shown,)))))
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize(
-    ("size", "low", "high"),
-    [
-        (0.2, [0, 0, 0], [0, 0, 100.0]),
-        (0.5, [0, 0, 0.3], [-0.7, 0, -3.4]),  # a fall
-        (0.5, [0, 0, 0.3], [-4, 0, -1.2]),  # down a slope
-        (0.5, [0, 0, -0.2], [-4, 0, -1.25]),
-        (0.05, [0, 0, 0.01], [0.11, 0, 0.01]),  # a walk of centimetres
-        (0.01, [0, 0, 0], [0.003, 0.004, 0.02]),
-        (0.001, [0, 0, 0], [-0.003, -0.004, 0]),
-        (1, [0, 0, 0], [2500, -1200, 900]),
-    ],
-)
-def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
-    shown = flier.individual()
-    centre = np.linspace(low, high, 20)
-    cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
-    skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
-    object.__setattr__(shown, "skeleton", skeleton)
-    figure = draw("path", Request(flier, (shown,)))
-    with styled(LIGHT):
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        low, high = figure.bbox.min, figure.bbox.max
-        written = [
-            text
-            for panel in figure.axes
-            for axis in (panel.xaxis, panel.yaxis)
-            for text in (
-                axis.label,
-                panel.title,
-                *(tick.label1 for tick in axis._update_ticks()),  # only visible ones
-            )
-            if text.get_text()
-        ]
-        boxes = [text.get_window_extent(canvas.get_renderer()) for text in written]
-    over = [
-        (written[one].get_text(), written[other].get_text())
-        for other in range(len(boxes))
-        for one in range(other)
-        if boxes[one].overlaps(boxes[other])
-    ]
-    assert over == []
-    assert all((box.min >= low - 1).all() and (box.max <= high + 1).all() for box in boxes)
-
-
 @pytest.mark.parametrize("broken", ["all", "some"])
 def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     shown = flier.individual()
@@ -718,21 +609,6 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     else:
         with pytest.raises(NothingToPlotError, match="puppet"):
             draw("path", request)
-
-
-def test_a_body_that_is_one_point_has_a_path(puppet_run):
-    assert "start" in texts(draw("path", request_for(puppet_run())))
-
-
-def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monkeypatch):
-    declared = {
-        **puppets.Puppet.channels,
-        "place": Channel(("frames", "trials", ("x", "z")), "m", ""),
-    }
-    monkeypatch.setattr(puppets.Puppet, "channels", declared)
-    with pytest.raises(PluginError, match="'place'") as error:
-        read_signal(flier.individual(), "place")
-    assert error.value.allowed == "(population, frames, trials, [x, z])"
 
 
 @pytest.mark.parametrize(
@@ -751,17 +627,6 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
     for line in found:
         trial, axis = int(line.name[6]), "xyz".index(line.name[-1])
         assert np.array_equal(line.values, channel.values[:, trial - 1, axis])
-
-
-def test_only_the_first_of_many_trials_is_drawn(flier):
-    channel = read_signal(flier.individual(), "place")
-    many = replace(
-        channel,
-        values=np.zeros((5, 9, 3)),
-        entries=(tuple(f"trial {trial}" for trial in range(1, 10)), channel.entries[1]),
-    )
-    assert [line.name for line in lines_of(many, ())] == ["trial 1 x", "trial 1 y", "trial 1 z"]
-    assert [line.name for line in lines_of(many, ("trial 9", "z"))] == ["trial 9 z"]
 
 
 def test_generations_are_lines_of_one_panel(spider_run):

@@ -15,7 +15,6 @@ from gaitsim.render.encoder import (
     ENOUGH,
     default_speed,
     encode,
-    format_speed,
     is_resolved,
     movement_frequency,
     palette,
@@ -147,21 +146,6 @@ def test_an_interrupted_video_leaves_no_file(tmp_path, stop):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.slow
-def test_300_frames_of_a_spider_give_300_pictures(spider_run, tmp_path):
-    assert len(Video(spider_run, (), RenderSettings(**SMALL))) == 300
-    video = Video(spider_run, (), RenderSettings(fps=2, speed=1, **SMALL))
-    calls = []
-    video.write(tmp_path / "a.mp4", lambda: calls.append(1))
-    facts, _, pictures = decoded(tmp_path / "a.mp4")
-    assert facts[1] == 2
-    assert pictures.shape == (20, 96, 128, 3)
-    assert len(calls) == 20
-    assert [path.name for path in tmp_path.iterdir()] == ["a.mp4"]
-    moved = np.abs(np.diff(pictures.astype(int), axis=0)).max(axis=(1, 2, 3))
-    assert (moved > 20).mean() > 0.9
-
-
 def test_a_video_begins_with_the_fitness_curve(spider_run):
     video = Video(spider_run, (), RenderSettings(size=(320, 240), theme="dark"))
     assert len(video) == 45 + 300
@@ -221,22 +205,6 @@ def test_one_generation_is_named_in_file_and_heading(spider_run):
     title, details = video.scene.heading
     assert title == "spider"
     assert details.startswith("generation 2   score ")
-
-
-def test_wing_beats_are_in_slow_motion(bundled):
-    run = bundled("fly")
-    for rate in (15, 30):
-        video = Video(run, (), RenderSettings(fps=rate, **SMALL))
-        beats = movement_frequency(run.individual().skeleton) * video.scene.seconds
-        assert video.speed < 1
-        assert len(video) / beats >= 7.9
-        assert video.warning == ""
-        assert video.scene.heading[1].endswith(" speed")
-    real = Video(run, (), RenderSettings(speed=1, fps=15, **SMALL))
-    assert real.speed == 1
-    assert "Try speed 0." in real.warning
-    walking = Video(bundled("walker"), (), RenderSettings(**SMALL))
-    assert (walking.speed, walking.warning) == (1, "")
 
 
 @pytest.mark.slow
@@ -333,12 +301,3 @@ def test_slow_motion_shows_each_beat_and_is_not_slower_than_needed(frequency, ra
 
 def test_no_motion_is_slower_than_allowed():
     assert default_speed(1e9, 30, 0.01) == 1 / 64
-
-
-@pytest.mark.parametrize(
-    ("speed", "words"),
-    [(0.5, "½ speed"), (0.125, "⅛ speed"), (1 / 16, "1/16 speed"), (0.1, "1/10 speed"),
-     (0.3, "0.3 × speed"), (4, "4 × speed")],
-)  # fmt: skip
-def test_speeds_are_formatted(speed, words):
-    assert format_speed(speed) == words

@@ -262,16 +262,6 @@ def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
         np.testing.assert_allclose(result["margin"][0], expected, atol=2e-5)
 
 
-def test_chunks_and_other_individuals_do_not_change_any_bit() -> None:
-    spider = Spider()
-    genomes = spider.genome_space().random(7, np.random.default_rng(1))
-    whole = spider.move(genomes)
-    for index in range(7):
-        alone = spider.move(genomes[index : index + 1])
-        for channel in spider.channels:
-            np.testing.assert_array_equal(alone[channel][0], whole[channel][index])
-
-
 def test_feet_are_those_of_an_independent_rigid_body_model() -> None:
     pytest.importorskip("mujoco")
     from rigid_body import feet as independent
@@ -306,17 +296,6 @@ def test_the_centre_of_mass_is_the_mean_of_the_segments_middles() -> None:
 
 def test_the_neutral_pose_stands_at_the_published_height() -> None:
     assert pytest.approx(0.0862, abs=5e-5) == body.STANDING_HEIGHT
-
-
-def test_a_mirrored_gait_gives_a_mirrored_walk() -> None:
-    spider = Spider()
-    genomes = spider.genome_space().random(5, np.random.default_rng(8))
-    groups = np.split(genomes, [24, 32], axis=1)
-    sides = np.concatenate(
-        [np.roll(group, group.shape[1] // 2, axis=1) for group in groups], axis=1
-    )
-    pose, mirrored = spider.move(genomes)["pose"], spider.move(sides)["pose"]
-    np.testing.assert_allclose(mirrored, pose * [1, -1, -1], atol=1e-4)
 
 
 @pytest.mark.parametrize("encoding", ["sine", "recurrence"])
