@@ -1,6 +1,5 @@
 """The quick list of runs says the same as a full read of each run."""
 
-import numpy as np
 import pytest
 
 from gaitsim.storage.files import safe_pickle
@@ -45,10 +44,8 @@ def check(path):
     ("overrides", "generations", "state"),
     [
         ([], 3, "stopped"),
-        ([], 5, "finished"),
         (["evolution.target_score=-1000"], 1, "finished"),
         (["evolution.target_score=1e6"], 2, "stopped"),
-        (["evolution.max_evaluations=17", "evolution.population=6"], 2, "finished"),
         (["evolution.max_evaluations=18", "evolution.population=6"], 2, "stopped"),
         (["evolution.stagnation=400"], 2, "stopped"),
         (["islands.number=2"], 2, "stopped"),
@@ -58,19 +55,6 @@ def check(path):
 def test_a_usual_run_is_read_quickly(make, full_reads, overrides, generations, state):
     found = check(make("walk", generations, *overrides))
     assert (found.state, found.generation) == (state, generations)
-    assert not full_reads
-
-
-def test_stagnation_ends_a_run(make, puppets, full_reads, monkeypatch):
-    flat = {"reach": 1.0, "price": 0.0}
-    monkeypatch.setattr(
-        puppets.Reach,
-        "terms",
-        lambda fitness, motion: {
-            name: np.full(len(motion["reach"]), value) for name, value in flat.items()
-        },
-    )
-    assert check(make("walk", 3, "evolution.stagnation=2")).state == "finished"
     assert not full_reads
 
 
@@ -129,10 +113,8 @@ def remove_checkpoints(path):
 
 UNUSUAL = {
     "more generations": edit("experiment.toml", "generations = 5", "generations = 9"),
-    "another fitness": edit("experiment.toml", "price = ", "price = 1"),
     "a comment": edit("experiment.toml", "[evolution]", "# mine\n[evolution]"),
     "invalid TOML": edit("experiment.toml", "[evolution]", "[evolution"),
-    "no experiment": lambda path: (path / "experiment.toml").write_bytes(b"\xff"),
     "a damaged checkpoint": flip("population.pickle", -9),
     "a newer checkpoint": flip("population.pickle", 8),
     "only the previous checkpoint": lambda path: (path / "population.pickle").unlink(),

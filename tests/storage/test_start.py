@@ -64,18 +64,12 @@ def test_a_run_whose_name_ends_as_a_generation_is_named_first(puppet):
     ("reference", "says"),
     [
         ("nobody", "there is no run 'nobody'"),
-        ("nobody@3", "there is no run 'nobody'"),
-        ("staged@0", "has no generation 0"),
         ("staged@11", "has no generation 11"),
         ("staged#1", "has no members"),
         ("staged@x", "there is no run 'staged@x'"),
-        ("staged@", "there is no run 'staged@'"),
-        ("@1", "there is no run ''"),
-        ("", "there is no run ''"),
         ("a\0b", "there is no run"),
         ("staged/population.pickle", "is not a valid champion"),
         ("staged/experiment.toml", "cannot read experiment.toml as a checkpoint"),
-        ("staged/champions", "is not a run"),
         ("/dev/zero", "it is not a regular file"),
     ],
 )
