@@ -76,23 +76,6 @@ def test_a_body_is_analysed_and_played_in_a_different_world(gaitsim, tmp_path):
         assert said in gaitsim("analyse", "walker", "--world", wrong, code=2).stderr
 
 
-def test_the_output_fits_80_columns(gaitsim, spider, monkeypatch):
-    monkeypatch.setattr("gaitsim.console.printing.PIPED_WIDTH", 80)
-    for arguments in (("--perturb", "--physics"), ("--gait", GAITS / "wave.npz")):
-        lines = gaitsim("analyse", "spider", *arguments).stdout.splitlines()
-        assert max(map(len, lines)) <= 80
-
-
-def test_a_gait_file_is_played_plotted_and_refused_with_a_generation(gaitsim, spider):
-    file = ("--gait", GAITS / "wave.npz")
-    assert "wave.npz" in gaitsim("play", "spider", *file, "--at", 1).stdout
-    drawn = gaitsim("plot", "spider", "--kind", "footfall", *file, "--out", "wave.svg").stdout
-    assert "wave.svg" in drawn
-    assert "wave.npz" in Path("wave.svg").read_text()
-    said = gaitsim("play", "spider", *file, "--generation", 1, code=2).stderr
-    assert "--generation and --gait cannot be combined" in said
-
-
 def test_the_diagram_shows_the_contacts_of_the_feet(gaitsim, spider):
     shown = gaitsim("analyse", "spider", "--gait", GAITS / "alternating-tetrapod.npz").stdout
     assert (
@@ -158,18 +141,12 @@ def test_a_gait_from_a_file_is_analysed(gaitsim, spider, tmp_path):
 
 @pytest.mark.slow
 def test_the_figure_is_drawn(gaitsim, spider, tmp_path):
-    done = gaitsim("analyse", "spider", "--figure", "gait.svg")
-    assert done.stdout.endswith("\ngait.svg\n")
-    text = (tmp_path / "gait.svg").read_text()
-    gaitsim("analyse", "spider", "--figure", "again.svg", "--json")
-    assert (tmp_path / "again.svg").read_text() == text
-    for name in ("standing", "flip-flop", "wave"):
-        gaitsim("analyse", "spider", "--gait", GAITS / f"{name}.npz", "--figure", f"{name}.png")
-        assert (tmp_path / f"{name}.png").read_bytes().startswith(b"\x89PNG")
-    for path, says in [("a.gif", "extension of a plot format"), ("none/a.png", "no folder none")]:
-        done = gaitsim("analyse", "spider", "--figure", path, code=2)
-        assert says in done.stderr
-        assert done.stdout == ""
+    assert gaitsim("analyse", "spider", "--figure", "a.svg").stdout.endswith("\na.svg\n")
+    gaitsim("analyse", "spider", "--figure", "b.svg", "--json")
+    assert (tmp_path / "a.svg").read_text() == (tmp_path / "b.svg").read_text()
+    gaitsim("analyse", "spider", "--gait", GAITS / "standing.npz", "--figure", "c.png")
+    assert (tmp_path / "c.png").read_bytes().startswith(b"\x89PNG")
+    assert gaitsim("analyse", "spider", "--figure", "none/a.png", code=2).stdout == ""
 
 
 def test_a_body_without_feet_has_a_score_but_no_gait(gaitsim, puppet_file, tmp_path):
@@ -214,7 +191,6 @@ def test_a_gait_is_evaluated_in_unseen_worlds(gaitsim, walker, tmp_path):
     [
         (("--worlds", 0), "number of worlds"),
         (("--world-seed", 3), "--worlds"),
-        (("--worlds", "nan"), "--worlds"),
     ],
 )
 def test_invalid_worlds_are_rejected(gaitsim, options, named):

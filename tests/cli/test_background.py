@@ -39,22 +39,6 @@ def detached(gaitsim, puppet_file):
 
 
 @pytest.mark.slow
-def test_waiting_runs_are_listed_with_their_places(gaitsim, detached, monkeypatch):
-    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-    detached("c")
-    until(lambda: background_state(Path("c")) == "running")
-    for name in "ba":
-        detached(name)
-        until(lambda name=name: background_state(Path(name)) == "queued")
-    watched = gaitsim("runs", ".", "--watch", "--where", "state:queued").stdout
-    lines = [" ".join(line.split()[:3]) for line in watched.splitlines()[1:]]
-    assert sorted(lines) == ["a queued 2", "b queued 1"]
-    gaitsim("stop", "c")
-    until(lambda: background_state(Path("b")) == "running")
-    gaitsim("stop", "--all")
-
-
-@pytest.mark.slow
 def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     path = detached()
     until(lambda: RunSnapshot(path).generation > 1)
@@ -81,22 +65,6 @@ def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     options = ("--generations", done.generation, "--set", "organism.pause=0.01")
     whole = gaitsim("run", "puppet.toml", "--out", "whole", *options)
     assert RunSnapshot(Path("whole")).fingerprint() == done.fingerprint(), whole.stderr
-
-
-@pytest.mark.slow
-def test_attaching_ends_with_the_summary(detached, start, gaitsim):
-    path = detached("run", "--generations", 150, "--set", "organism.pause=0.01")
-    pid = background_process(path).pid
-    os.kill(pid, signal.SIGSTOP)
-    watching = start("attach", path)
-    assert watching.stdout.readline() == "run run\n"
-    os.kill(pid, signal.SIGCONT)
-    out, _ = watching.communicate()
-    assert watching.returncode == 0
-    assert "generation 150/150" in out
-    assert "run: 150 generations are done" in out
-    again = gaitsim("resume", path, "--detach").stdout  # the run is already finished
-    assert "run: 150 generations are done" in again
 
 
 @pytest.mark.slow

@@ -30,19 +30,7 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         (("--format", "mat", "--clip"), "has no option --clip"),
         (("--keyframe-ms", 20, "--centre", 0), "--keyframe-ms and --centre"),
         (("--format", "servo", "--min", 10), "invalid servo range from 10° to 90°"),
-        (("--format", "servo", "--out", "x.mat"), "ends with .mat"),
-        (("--format", "ros2", "--clip"), "or use --format arduino, dynamixel, feetech, servo"),
-        (
-            ("--format", "arduino", "--out", "my gait"),
-            "invalid name for an Arduino sketch: 'my gait'",
-        ),
-        (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
         (("--format", "servo", "--calibration", "x", "--min", 0), "cannot be combined with --min"),
-        (
-            ("--format", "arduino", "--calibration-template", "x", "--speed", 1),
-            "cannot be combined with options for robots",
-        ),
-        (("--format", ""), "invalid --format: ''"),
         (("--calibration-template", "x.toml"), "or use --format arduino, dynamixel, feetech"),
     ],
 )

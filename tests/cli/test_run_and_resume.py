@@ -3,7 +3,6 @@ import os
 import pty
 import re
 import select
-import shutil
 import signal
 
 import pytest
@@ -218,25 +217,6 @@ def test_a_different_version_of_a_plugin_is_used_on_request(gaitsim, finished):
     gaitsim("resume", "puppet", "--generations", 9)
 
 
-def test_a_damaged_checkpoint_is_a_warning(gaitsim, finished):
-    path = finished / "population.pickle"
-    path.write_bytes(path.read_bytes()[:-7])
-    for command in (("show", "puppet"), ("resume", "puppet", "--generations", 8)):
-        assert "Warning: cannot read population.pickle" in gaitsim(*command).stderr
-    assert (finished / "population.damaged-1.pickle").exists()
-
-
-def test_a_run_whose_folder_is_deleted_ends_with_a_message(start, puppet_file, tmp_path):
-    process = start("run", puppet_file, *SLOW, "--out", "run")
-    wait_for(tmp_path / "run/history.csv", 2)
-    while (tmp_path / "run").exists():
-        shutil.rmtree(tmp_path / "run", ignore_errors=True)
-    _, stderr = process.communicate(timeout=60)
-    assert process.returncode == 2
-    assert "run" in stderr
-    assert "Traceback" not in stderr
-
-
 def test_a_reader_that_closes_the_pipe_is_not_an_error(start, puppet_file):
     process = start("run", puppet_file, "--json", "--generations", 3000)
     assert strict(process.stdout.readline())["generation"] == 1
@@ -280,13 +260,6 @@ def test_a_run_over_worlds_ends_with_unseen_worlds(gaitsim):
     assert "analyse runs/walker --worlds 100" in said
 
 
-def test_a_run_that_sets_ranges_ends_with_unseen_worlds(gaitsim, puppet_file):
-    windy = ("--set", "organism.plugin=windy-puppet", "--set", "worlds.ranges={wind=[0, 0.1]}")
-    run = ("run", puppet_file, *windy, "--population", 60, "--generations", 2, "--json")
-    found = json.loads(gaitsim(*run).stdout.splitlines()[-1])["unseen_worlds"]
-    assert (found["number"], found["ranges"]) == (12, {"wind": [0, 0.1]})
-
-
 def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 2)
     found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["checks"]
@@ -301,11 +274,3 @@ def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     checks = gs.load("runs/puppet").champion.checks()
     assert checks is not None
     assert json.loads(as_json(checks.to_dict())) == found
-
-
-def test_a_wrong_check_is_an_error_of_its_plugin(gaitsim, puppets, puppet_file, monkeypatch):
-    monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: [{"fog": 1.0}])
-    run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 1)
-    wrong = "'windy-puppet' of package gaitsim-puppets 1.0 names an invalid check"
-    assert wrong in gaitsim(*run).stderr
-    assert wrong in gaitsim("analyse", "puppet", code=2).stderr

@@ -64,7 +64,6 @@ def test_json_has_the_values_of_a_run_or_of_the_chosen_keys(gaitsim, runs):
     ("options", "place"),
     [
         (("--where", "scor>1"), "--where"),
-        (("--where", "score>x"), "--where"),
         (("--columns", "name,scor"), "--columns"),
         (("--sort", "-scor"), "--sort"),
     ],

@@ -66,7 +66,6 @@ def test_a_package_whose_format_names_no_body_is_reported(shaped, install, tmp_p
     [
         ("spot", "spot"),
         ("a:b*c", "a-b-c"),
-        ("-x.", "x"),
         ("..", "experiment"),
         ("ä" * 300, "ä" * 50),
     ],

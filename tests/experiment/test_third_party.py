@@ -45,9 +45,7 @@ def test_a_fitness_without_its_channels_is_refused_with_those_that_have_them(
     ("source", "reason"),
     [
         ("def genome_space(self): 1 / 0", "failed while returning its genome space: ZeroDivision"),
-        ("def genome_space(self): return 3", "returned a int from genome_space()"),
         ("def model_post_init(self, _): raise SystemExit(0)", "SystemExit"),
-        ("def __init__(self, **_): 1 / 0", "failed while validating its options: ZeroDivision"),
         ("needed: int", "organism.needed is required"),
     ],
 )

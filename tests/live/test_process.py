@@ -1,7 +1,6 @@
 """Runs that evolve in their own process."""
 
 import asyncio
-import json
 import os
 import signal
 import subprocess
@@ -176,18 +175,6 @@ def test_a_plugin_that_exits_is_reported_with_its_last_line(new_run, install, mo
     snapshot = asyncio.run(final_snapshot(RunProcess(new_run("run", "organism.plugin=deadly"))))
     assert snapshot.state == "failed"
     assert "its log ends with: [bold]I end it all" in snapshot.error.what
-
-
-def test_lines_are_json(new_run):
-    path = new_run("run", generations=3000)
-    done = subprocess.run(
-        [sys.executable, "-m", "gaitsim.live", str(path)],
-        input=b'{"do": "stand on your head"}\nnonsense\n[]\n{"do":"set","values":3}\n',
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    lines = [json.loads(line) for line in done.stdout.splitlines()]
-    assert lines[-1]["state"] == "stopped"  # because its input ended
 
 
 def test_no_user_interface_is_imported(new_run):

@@ -112,8 +112,6 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkey
     [
         (shutil.rmtree, "was deleted or moved"),
         (lambda path: (path / "experiment.toml").write_text("[evolution"), "experiment.toml"),
-        (lambda path: (path / "history.csv").write_text(""), "ends at generation 0"),
-        (lambda path: [p.write_bytes(b"x") for p in path.glob("*.pickle")], "checkpoint"),
     ],
 )
 def test_a_damaged_run_is_a_failed_snapshot(new_run, spoil, what):

@@ -1,6 +1,7 @@
 """Any change of a run is found, and its file and generation named."""
 
 import json
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -220,6 +221,14 @@ def test_genes_out_of_bounds_are_not_moved(run):
     forge_bests(run, 7, change)
     found = [one for one in verify(run).differences if "is out of bounds" in one.what]
     assert {one.generation for one in found} == {7, before.generation}
+
+
+@pytest.mark.parametrize("name", ["population.pickle", "experiment.toml", "history.csv"])
+def test_a_file_of_another_run_is_found(run, puppet, tmp_path, name):
+    other = evolve_run(create_run(puppet("seed=2"), tmp_path / "other"))
+    (run.path / name).write_bytes((other.path / name).read_bytes())
+    with suppress(RunError):  # such a run may be rejected, too
+        assert not verify(run).identical
 
 
 def edit(run, *overrides):
