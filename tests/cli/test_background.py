@@ -2,10 +2,7 @@
 
 import json
 import os
-import shutil
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,7 +10,7 @@ from waiting import until
 
 from gaitsim.live.process import background_state, send
 from gaitsim.live.protocol import RunCommand
-from gaitsim.storage.background import background_process, last_failure
+from gaitsim.storage.background import background_process
 from gaitsim.storage.snapshot import RunSnapshot
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
@@ -99,41 +96,3 @@ def test_a_paused_run_continues_by_resume(gaitsim, detached):
     assert "is paused in the background" in refused
     gaitsim("resume", path, "--detach")
     until(lambda: background_state(path) == "running")
-
-
-FAULTY = """
-from gaitsim_puppets import Puppet
-class Faulty(Puppet):
-    def move(self, genomes):
-        if len(genomes) > 1:
-            raise ValueError("out of joint")
-        return super().move(genomes)
-"""
-
-
-@pytest.mark.slow
-def test_the_reason_of_a_failure_is_kept_until_the_run_continues(
-    gaitsim, install, puppet_file, monkeypatch
-):
-    folder = install("faulty", FAULTY, {"organism": {"faulty": "Faulty"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    options = ("--set", "organism.plugin=faulty", "--out", "run")
-    # It may fail after the command has returned.
-    subprocess.run(
-        [sys.executable, "-m", "gaitsim", "run", puppet_file, "--detach", *options], check=False
-    )
-    until(lambda: background_state(Path("run")) is None)
-    for command in (("attach", "run"), ("stop", "run")):
-        assert "faulty 1.0" in gaitsim(*command, code=2).stderr
-    assert "faulty 1.0" in gaitsim("show", "run").stdout
-    listed = gaitsim("runs", ".")
-    assert "failed" in listed.stdout
-    assert "faulty 1.0" in listed.stderr
-    assert "faulty" in json.loads(gaitsim("runs", ".", "--json").stdout)["failure"]
-    shutil.copytree("run", "copy")
-    (folder / "faulty.py").write_text(FAULTY.replace("> 1", "> 1000"))
-    monkeypatch.delitem(sys.modules, "faulty", raising=False)
-    gaitsim("resume", "run", "--generations", 2)
-    assert last_failure(Path("run")) is None
-    assert "failed" not in gaitsim("runs", ".").stdout
-    assert last_failure(Path("copy")) is None  # the copy itself has not failed

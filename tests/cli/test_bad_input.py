@@ -132,22 +132,6 @@ def test_a_broken_preset_is_listed_as_broken(gaitsim, install):
     assert "a spider" in lines["spider"]
 
 
-def test_a_plugin_of_a_third_party_is_shown(gaitsim, install, working):
-    source = (
-        "class X(Body):\n    '''A [bold] body.'''\n"
-        "    size: float = option(1e6, 'how [large]', unit='m', le=1e6)\n    bare: bool = True\n"
-    )
-    install("fake", f"{working}\n{source}", {"organism": {"x": "X", "plain": "Body"}})
-    code, out, _ = gaitsim("plugins", "show", "x")
-    assert code == 0
-    assert "organism of fake 1.0" in out
-    assert "A [bold] body." in out
-    assert "how [large]" in out
-    assert "a number ≤ 1,000,000, in m" in out
-    assert "true" in out
-    assert "It has no options." in gaitsim("plugins", "show", "plain")[1]
-
-
 # In a shell
 
 

@@ -217,14 +217,6 @@ def test_a_different_version_of_a_plugin_is_used_on_request(gaitsim, finished):
     gaitsim("resume", "puppet", "--generations", 9)
 
 
-def test_a_reader_that_closes_the_pipe_is_not_an_error(start, puppet_file):
-    process = start("run", puppet_file, "--json", "--generations", 3000)
-    assert strict(process.stdout.readline())["generation"] == 1
-    process.stdout.close()
-    assert "Traceback" not in process.stderr.read()
-    process.stdout = None
-
-
 @posix
 def test_the_terminal_is_restored(start, puppet_file, tmp_path):
     ours, theirs = pty.openpty()

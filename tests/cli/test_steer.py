@@ -80,18 +80,3 @@ def test_the_default_is_the_fly(gaitsim, opened):
     screen = opened.pop()
     assert screen.command_line() == "gaitsim steer"
     assert screen._load().holds
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--record", "mine"), "drives of the body 'fly' cannot be recorded"),
-        (("nobody",), "'nobody'"),
-        (("nobody@3",), "'nobody@3'"),
-    ],
-)
-def test_bodies_and_options_that_do_not_fit_are_refused(
-    gaitsim, cart, terminal, tmp_path, words, message
-):
-    (tmp_path / "cart.toml").write_text(CART)
-    assert message in gaitsim("steer", *words, code=2).stderr.replace("\n", " ")

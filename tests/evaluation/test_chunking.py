@@ -51,14 +51,6 @@ def test_the_cost_model_goes_through_the_measurements():
     assert (made.first, made.more) == (1.0, 0.0)
 
 
-def test_times_of_several_threads_are_converted_to_one():
-    made = CostModel()
-    made.learn(1, 1.0)
-    made.learn(101, 51.0, workers=2)
-    assert made.seconds(101) == 101
-    assert made.seconds(101, 2) == 51
-
-
 def test_costlier_chunks_are_fewer():
     counts = [
         best_plan(100, 4, cost_model(0.01, 0.01), Overhead(0, cost)).chunks for cost in (0, 0.01, 1)
@@ -127,10 +119,6 @@ def test_tasks_in_many_worlds_take_seconds():
         assert max(sizes) == max(1, 1000 * LONGEST // (individuals * 70))
     assert len(scheduler(0.001, 0.001).split_worlds(100, 1000)) == 1
     assert len(Scheduler(1, Workers(2), True).split_worlds(100, 1000)) == 1  # not yet measured
-
-
-def test_a_single_individual_is_not_cut():
-    assert scheduler(100.0, 100.0).chunks(1) == 1
 
 
 def test_workers_start_once_they_would_have_saved_time():

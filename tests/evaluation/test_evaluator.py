@@ -12,7 +12,6 @@ from gaitsim.evaluation.chunking import Scheduler
 from gaitsim.evaluation.executors import Executor, WorkerLostError
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
-from gaitsim.registry import plugin_errors
 
 
 @pytest.fixture
@@ -164,22 +163,6 @@ class Joined(InTurn):
     """An executor with a changing number of workers, which runs its tasks in this thread."""
 
 
-@pytest.mark.slow
-def test_workers_that_join_later_receive_work(slow, chunks):
-    told, cluster = [], Joined()
-    with Evaluator(slow(0.01), None, told.append, cluster) as evaluator:
-        evaluator.prepare()
-        assert [chunks(evaluator) for _ in range(3)] == [1, 1, 1]
-        cluster.workers = 2
-        assert evaluator.workers == 2
-        assert chunks(evaluator) >= 2
-        cluster.workers = 1
-        assert chunks(evaluator) == 1
-    assert len(told) == 1
-    assert told[0].startswith("1 worker would not be faster")
-    assert "40 individuals" in told[0]
-
-
 @pytest.fixture
 def timed(puppet, puppets, monkeypatch):
     """Makes an evaluator of a body that takes times as given, by a clock of its own.
@@ -240,22 +223,6 @@ def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared,
     assert len(told) == 1
 
 
-@pytest.mark.slow
-def test_workers_not_requested_start_once_they_would_have_saved_time(slow, chunks, monkeypatch):
-    monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
-    told = []
-    with Evaluator(slow(0.01), None, told.append) as evaluator:
-        evaluator.prepare()
-        # 0.4 s alone, about 0.2 s shared: 1.5 s are lost in the eighth.
-        counts = [chunks(evaluator) for _ in range(12)]
-    assert counts[:5] == [1] * 5
-    assert counts[-1] >= 2
-    with Evaluator(slow(0.0), None, told.append) as evaluator:
-        evaluator.prepare()
-        assert chunks(evaluator) == 1
-    assert not told  # nothing was asked for
-
-
 def test_a_plugin_that_fails_in_a_worker_is_named(puppet, installed, shared):
     with Evaluator(puppet(), 2) as evaluator:
         with pytest.raises(PluginError, match=r"package gaitsim-puppets 1\.0") as error:
@@ -274,30 +241,6 @@ def test_a_worker_that_cannot_begin_says_why(puppet, capfd, monkeypatch, shared)
     ):
         evaluator.evaluate(np.zeros((4, 3)))
     assert "Traceback" not in capfd.readouterr().err
-
-
-FATAL = """
-import os, signal
-from gaitsim_puppets import Puppet
-class Fatal(Puppet):
-    def move(self, genomes):
-        if len(genomes) > 1:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return super().move(genomes)
-"""
-
-
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-@pytest.mark.slow
-def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, install, monkeypatch):
-    folder = install("fatal", FATAL, {"organism": {"fatal": "Fatal"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    told = []
-    with Evaluator(puppet("organism.plugin=fatal"), 2, told.append) as evaluator:
-        with pytest.raises(GaitsimError, match="organism 'fatal' of package fatal") as error:
-            evaluator.evaluate(np.zeros((4, 3)))
-        assert "died 3 times" in str(error.value)
-        assert told
 
 
 @pytest.mark.sampled
@@ -350,14 +293,6 @@ def test_a_failure_while_preparing_names_the_plugin(puppet, puppets, monkeypatch
         pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* evaluating"),
     ):
         evaluator.prepare()
-
-
-def test_errors_keep_their_parts_on_the_way_from_a_worker(puppet):
-    import pickle
-
-    with pytest.raises(PluginError) as error, plugin_errors(puppet().entries["organism"], "moving"):
-        raise ValueError("wrong")
-    assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs limits of memory")

@@ -130,7 +130,7 @@ def test_one_island_is_a_search_without_islands(puppet):
     same(evolve(plain, here(plain)), evolve(experiment, here(experiment)))
 
 
-@pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
+@pytest.mark.parametrize("every", [1, 3, 50])
 @pytest.mark.parametrize("topology", ["ring", "all"])
 def test_epochs_make_the_same_generations(puppet, every, topology):
     experiment = puppet(*THREE, f"islands.every={every}", f"islands.topology={topology}")
@@ -202,9 +202,6 @@ def test_repeats_have_islands_of_their_own(puppet):
             "2 migrants from each of 3 neighbours leave no room in a population of 6",
             "a whole number ≤ 1",
         ),
-        (("islands.number=0",), "invalid islands.number: 0 (", "≥ 1"),
-        (("islands.every=0",), "invalid islands.every: 0 (", "≥ 1"),
-        (("islands.migrants=-1",), "invalid islands.migrants: -1 (", "≥ 0"),
         (("islands.topology=star",), "invalid islands.topology: star (", '"ring" or "all"'),
         (("islands.count=3",), "unknown key", "number"),
         (("islands=3",), "is a section", "SECTION.OPTION=VALUE"),

@@ -66,13 +66,6 @@ def test_repeats_are_distributed_as_single_runs_are() -> None:
     assert abs(last.mean() - np.mean(single)) < 0.6
 
 
-def test_best_scores_never_fall() -> None:
-    experiment = small("millipede-random")
-    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 11))
-    assert np.shape(best) == (6, 11)
-    assert (np.diff(best, axis=0) >= 0).all()
-
-
 @pytest.mark.slow
 def test_a_part_of_independent_repeats_has_the_same_scores() -> None:
     """Whatever else is evolved with it, also in redrawn worlds."""

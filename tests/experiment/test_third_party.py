@@ -119,14 +119,3 @@ def test_a_crossover_with_its_number_of_children_in_the_class_breeds(
     found = problem("crossover.children=2", text=custom(**dict.fromkeys(names, "x")))
     assert found.what == 'unknown key "children"'
     assert found.allowed == "pair_probability"
-
-
-def test_an_option_of_several_types_is_reported_once(problem, custom, install, working):
-    source = "class X(Body):\n    size: Literal['auto'] | float | bool = option('auto', 'a size')\n"
-    names = {"organism": {"x": "X"}, "fitness": {"far": "Distance"}}
-    install("fake", f"{working}\n{source}", names)
-    text = custom(organism="x", fitness="far")
-    found = problem("organism.size=aut", text=text)
-    assert found.what == "invalid organism.size: aut (a size)"
-    assert found.allowed == '"auto" or a number or true or false'
-    assert found.remedy == "did you mean 'auto'?"

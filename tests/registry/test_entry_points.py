@@ -41,21 +41,12 @@ def test_names_are_listed_without_an_import(install, tmp_path):
         ("import no_such_module_at_all", "No module named 'no_such_module_at_all'"),
         ("def (", "SyntaxError"),
         ("import sys; sys.exit(0)", "SystemExit: 0"),
-        ("raise SystemExit", "SystemExit"),
-        ("class Hopper:\n    1 / 0", "ZeroDivisionError"),
-        ("raise MemoryError", "MemoryError"),
         ("def f(): f()\nf()", "RecursionError"),
         ("class E(BaseException): pass\nraise E('odd')", "E: odd"),
         ("class E(Exception):\n    def __str__(self): 1 / 0\nraise E", "E"),
-        ("raise ExceptionGroup('many', [ValueError(1)])", "many"),
-        ("", "Hopper"),
         (
             "from gaitsim.contracts import Crossover\nclass Hopper(Crossover):\n    children = 1\n",
             "'children'",
-        ),
-        (
-            "from gaitsim.errors import GaitsimError\nraise GaitsimError('needs a licence')",
-            "needs a licence",
         ),
     ],
 )
@@ -70,12 +61,6 @@ def test_a_broken_plugin_is_contained_and_named(install, working, source, reason
     assert {"spider", "point"} <= set(classes)
     assert "hopper" not in classes
     assert {name: str(error) for name, error in failures.items()} == {"hopper": str(raised.value)}
-
-
-def test_a_missing_module_is_named(install):
-    install("fake", "", {"organism": {"hopper": "Hopper"}})
-    with pytest.raises(PluginError, match=r"package fake 1\.0 .* No module named 'fake'"):
-        registry.load_class("organism", "hopper")
 
 
 def test_an_interrupt_during_an_import_is_raised(install):
@@ -119,9 +104,7 @@ def test_of_two_versions_on_the_path_the_first_counts(install, working, monkeypa
         ("Distance", "not a subclass of Organism, but the class Distance"),
         ("np", "not a subclass of Organism, but a module"),
         ("option", "but a function"),
-        ("Enum", "but the class Enum"),
         ("Organism", "does not implement genome_space, move, skeleton"),
-        ("Body.channels", "but a dict"),
     ],
 )
 def test_an_object_that_is_not_a_plugin_of_the_kind_is_refused(install, working, target, reason):
@@ -143,18 +126,11 @@ def test_an_object_that_is_not_a_plugin_of_the_kind_is_refused(install, working,
         ),
         (
             "organism",
-            "class X(Body):\n    channels = {1: Body.channels['distance']}",
-            "channels must",
-        ),
-        (
-            "organism",
             "class X(Body):\n    channels = {'joint_angles': Channel(('frames',), 'rad', '')}",
             "joint_angles must be Channel",
         ),
         ("fitness", "class X(Distance):\n    needs = 'distance'", "needs must be"),
-        ("fitness", "class X(Distance):\n    needs = 3", "needs must be"),
         ("crossover", "class X(Solo):\n    children: ClassVar[int] = 3", "children must be 1 or 2"),
-        ("mutation", "class X(Still):\n    spaces: ClassVar = [RealSpace]", "spaces must be"),
         ("mutation", "class X(Still):\n    spaces: ClassVar = ('real',)", "spaces must be"),
         ("selection", "class X(First):\n    plugin: int = 3", "named 'plugin'"),
     ],
@@ -212,7 +188,7 @@ def test_damaged_entry_points_of_one_package_leave_the_others(install, working, 
     assert registry.unreadable() == [f"damaged in {folder}"]
 
 
-@pytest.mark.parametrize("metadata", [b"", b"Name: f\xe9\nVersion: 1\n", b"Name: fake\n"])
+@pytest.mark.parametrize("metadata", [b"", b"Name: f\xe9\nVersion: 1\n"])
 def test_damaged_metadata_leaves_the_entries(install, working, metadata):
     files = {"fake-1.0.dist-info/METADATA": metadata}
     install("fake", working, {"organism": {"point": "Body"}}, files=files)
