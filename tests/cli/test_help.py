@@ -61,18 +61,6 @@ def test_the_help_of_each_command_fits_80_columns(gaitsim, command):
     assert "Usage: gaitsim" in text
 
 
-@pytest.mark.parametrize(
-    "command", [words for words, command in COMMANDS.items() if "Example" in (command.help or "")]
-)
-def test_each_example_is_on_its_own_line(gaitsim, command):
-    lines = [line.strip() for line in gaitsim(*command, "--help").splitlines()]
-    (start,) = (index for index, line in enumerate(lines) if line in ("Example", "Examples"))
-    examples = lines[start + 1 : lines.index("", start)]
-    assert examples
-    assert all("gaitsim " in line for line in examples)
-    assert any(line.startswith(f"gaitsim {' '.join(command)}") for line in examples)
-
-
 @pytest.mark.parametrize("path", [path for path in COMMANDS if path])
 def test_the_line_in_a_list_begins_the_help_of_its_command(path):
     *group, name = path

@@ -31,14 +31,6 @@ def listed(done):
     return [json.loads(line)["run"] for line in done.stdout.splitlines()]
 
 
-def test_reading_many_runs_shows_progress(gaitsim, runs, monkeypatch):
-    monkeypatch.setenv("GAITSIM_PROGRESS", "json")
-    assert gaitsim("runs").stderr == ""
-    monkeypatch.setattr("gaitsim.actions.run_list.MANY", 3)
-    *_, last = map(json.loads, gaitsim("runs").stderr.splitlines())
-    assert (last["what"], last["done"], last["total"]) == ("Reading", 3, 3)
-
-
 def test_a_query_chooses_runs_in_the_order_of_a_key(gaitsim, runs):
     chosen = ("--where", "puppet generation>=4", "--sort", "-name", "--json")
     assert listed(gaitsim("runs", *chosen)) == ["c", "a"]

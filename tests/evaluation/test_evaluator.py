@@ -1,6 +1,5 @@
 import os
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -157,54 +156,6 @@ def test_cheap_bodies_are_not_shared_with_one_warning(puppet, chunks):
         assert [chunks(evaluator) for _ in range(50)] == [1] * 50
     assert len(told) == 1
     assert told[0].startswith("2 workers would not be faster")
-
-
-class Joined(InTurn):
-    """An executor with a changing number of workers, which runs its tasks in this thread."""
-
-
-@pytest.fixture
-def timed(puppet, puppets, monkeypatch):
-    """Makes an evaluator of a body that takes times as given, by a clock of its own.
-
-    With it comes the list of the sizes of the batches that the body moves.
-    """
-    now, sizes, move = [0.0], [], puppets.Puppet.move
-    monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-
-    def make(first, more):
-        def moved(self, genomes):
-            sizes.append(len(genomes))
-            now[0] += first + (len(genomes) - 1) * more
-            return move(self, genomes)
-
-        monkeypatch.setattr(puppets.Puppet, "move", moved)
-        cluster = Joined()
-        cluster.workers = 2
-        evaluator = Evaluator(puppet("evolution.population=100"), cluster=cluster)
-        evaluator.prepare()
-        return evaluator, sizes
-
-    return make
-
-
-def test_a_body_that_moves_whole_arrays_gets_its_first_population_at_once(puppet, timed):
-    evaluator, sizes = timed(0.28, 0.0005)  # 28 s, if each took as long as the first
-    assert sizes == [1, 1, 3]
-    genomes = first_population(puppet("evolution.population=100"))
-    for _ in range(2):
-        sizes.clear()
-        assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
-        assert sizes == [100, 100]  # here, and by the evaluation that it is compared with
-
-
-def test_a_slow_body_is_shared_from_the_first_population(timed):
-    evaluator, sizes = timed(0.28, 0.28)
-    assert sizes == [1, 1, 3]
-    sizes.clear()
-    evaluator.evaluate(np.zeros((100, 3)))
-    assert len(sizes) > 10
-    assert sum(sizes) == 100
 
 
 @pytest.mark.slow

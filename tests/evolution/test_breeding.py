@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from hypothesis import given, settings, strategies as st
 from scipy.stats import binomtest
 
 from breeding import breed, initial_population
@@ -163,31 +162,3 @@ def test_an_error_in_the_genome_space_names_the_organism(puppet, monkeypatch, me
     monkeypatch.setattr(RealSpace, method, wrong)
     with pytest.raises(PluginError, match=f"organism 'puppet'.* {says}"):
         bred(puppet())
-
-
-@settings(max_examples=40)
-@given(st.data())
-def test_bundled_operators_breed_populations_of_any_size(data):
-    population = data.draw(st.integers(3, 30))
-    elites = data.draw(st.integers(0, population - 1))
-    experiment = load_experiment(
-        "spider-recurrence",
-        {
-            "evolution.population": population,
-            "search.elites": elites,
-            "selection.plugin": "tournament",
-            "crossover.plugin": data.draw(st.sampled_from(["uniform", "blend", "none"])),
-        },
-    )
-    space = experiment.space()
-    genomes = initial_population(experiment, space)
-    scores = data.draw(
-        st.lists(
-            st.floats(-10, 10) | st.just(-np.inf), min_size=population, max_size=population
-        ).map(np.array)
-    )
-    after = breed(experiment, space, genomes, scores, data.draw(st.integers(2, 10**9)))
-    assert space.contains(after)
-    assert len(after) == population
-    best = sorted(range(population), key=lambda index: (-scores[index], index))[:elites]
-    assert np.array_equal(after[:elites], genomes[best])

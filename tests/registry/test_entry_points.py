@@ -5,7 +5,7 @@ import shutil
 
 import pytest
 
-from gaitsim import contracts, registry
+from gaitsim import registry
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.registry import EXPERIMENTS, KINDS, Entry, plugin_errors
 
@@ -152,22 +152,6 @@ def test_a_fitness_without_needs_is_refused(install):
     install("fake", source, {"fitness": {"x": "X"}})
     with pytest.raises(PluginError, match="needs must be"):
         registry.load_class("fitness", "x")
-
-
-def test_all_kinds_of_a_third_party_load(install, working):
-    names = {
-        "organism": "Body",
-        "fitness": "Distance",
-        "selection": "First",
-        "crossover": "Solo",
-        "mutation": "Still",
-    }
-    install("fake", working, {kind: {"x": target} for kind, target in names.items()})
-    for kind, target in names.items():
-        plugin = registry.load_class(kind, "x")
-        assert plugin.__name__ == target
-        assert issubclass(plugin, getattr(contracts, kind.capitalize()))
-        assert plugin() == plugin()
 
 
 def test_an_unknown_name_is_refused_with_the_nearest():

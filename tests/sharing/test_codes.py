@@ -56,18 +56,6 @@ def test_a_code_holds_its_experiment_genome_and_score_to_the_bit(name):
         assert found.code == code
 
 
-def test_codes_are_short_enough_for_chats():
-    lengths = {}
-    for name in ("millipede", "spider", "walker"):
-        found = challenge(name)
-        # NumPy before 2.4 lists the processor's features one by one.
-        versions = {**found.versions, "processor": "X86_V3 X86_V4"}
-        lengths[name] = len(replace(found, versions=versions).code)
-    assert lengths["millipede"] < 170
-    assert lengths["walker"] < 300
-    assert lengths["spider"] < 500
-
-
 def test_genomes_of_other_bytes_than_bits_survive(millipede):
     genome = np.array([0, 1, 2, 255, 7], np.uint8)
     found = Challenge.read(replace(millipede, genome=genome).code)
