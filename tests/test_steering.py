@@ -77,7 +77,6 @@ def test_the_ground_and_failures_end_a_flight_and_restart_starts_a_new_one(kite)
     [
         ("commands", ("rise",), r"returned \('rise',\) from commands\(\)"),
         ("commands", (COMMANDS[0], replace(COMMANDS[0], key="up")), "with the same name"),
-        ("commands", (COMMANDS[0], replace(COMMANDS[1], key="down")), "with the same key"),
         ("steer", None, "returned a NoneType from steer"),
     ],
 )
@@ -93,7 +92,6 @@ def test_commands_and_bodies_of_other_types_are_reported(
     ("height", "shares", "says"),
     [
         (np.ones((1, 1)), np.ones((1, 1, 3)), "advanced 1 frames instead of 50"),
-        (np.full((1, 50), np.nan), np.ones((1, 50, 3)), "not finite"),
         (np.ones((1, 50)), np.ones((1, 50, 2)), r"shares of shape \(1, 50, 2\)"),
     ],
 )

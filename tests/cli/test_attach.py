@@ -12,7 +12,7 @@ import pytest
 from gaitsim.console.displays import Display
 from gaitsim.console.evolving import _Follower
 from gaitsim.evaluation import evaluate
-from gaitsim.live.protocol import Event, Snapshot
+from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watcher import RunWatcher
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.files.history import row
@@ -102,16 +102,3 @@ def test_rows_whose_islands_are_not_on_disk_yet_are_shown_later(
     found = RunSnapshot(path)
     assert [one["generation"] for one in noted.rows] == [1, 2, 3, 4]
     np.testing.assert_array_equal([one["islands"] for one in noted.rows], found.islands)
-
-
-@pytest.mark.parametrize("scored_from", [1, 4])
-def test_a_stage_is_announced(puppet_run, shown, scored_from):
-    puppet_run("evolution.generations=5")
-    path = Path("run")
-    whole = RunWatcher(path).poll()
-    event = Event(4, "stage", "mutation.rate: 0.1, now 0.2")
-    begun = replace(part_of_history(whole, 4, 4, stage=2, scored_from=scored_from), events=(event,))
-    noted = shown(
-        path, [part_of_history(whole, 1, 3), begun, part_of_history(whole, 5, 5, stage=2)]
-    )
-    assert noted.stages == [(2, 4, [event.text], scored_from == 4)]

@@ -3,7 +3,6 @@
 import dataclasses
 import io
 import json
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gaitsim.console.displays import STOPPING, Display, JsonLines, LiveView, PlainLines, row_of
+from gaitsim.console.displays import Display, JsonLines, LiveView, PlainLines, row_of
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import Islands
@@ -182,13 +181,6 @@ class TestLiveView:
         assert not any("…" in line for line in lines[1:])
         assert any(line.startswith("angle change") for line in lines)
 
-    def test_a_low_terminal_shows_fewer_terms(self, clock: Clock) -> None:
-        many = {f"term {n}": 1.0 for n in range(100)}
-        lines = drawn(view_at_work(clock, many))
-        assert len(lines) == 23
-        assert lines[-2].startswith("term 13")
-        assert lines[-1].strip() == "… and 86 more"
-
     def test_remaining_time_follows_the_recent_speed(self, clock: Clock) -> None:
         view = LiveView(*known(4000), Console(file=io.StringIO()), clock)
         for number in range(1, 2001):
@@ -233,18 +225,3 @@ class TestLiveView:
         progress = SearchProgress(60, 1.0, 0, None, 2)
         update(view, dataclasses.replace(generation(3), progress=progress), 20)
         assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
-
-    def test_keeps_the_terms_if_stopped(self, clock: Clock) -> None:
-        lines = ended(clock, lambda view: (update(view, generation(7)), view.stopping()))
-        assert lines[0].endswith("7/300 in 0:01:00")
-        assert STOPPING not in lines
-        assert lines[8].startswith("forward")
-
-
-def ended(clock: Clock, work: Callable[[LiveView], object]) -> list[str]:
-    """Return the lines on the screen when a run ends after a minute."""
-    view = LiveView(*known(), Console(file=io.StringIO(), width=80, height=24), clock)
-    with view:
-        clock.now += 60
-        work(view)
-    return drawn(view)

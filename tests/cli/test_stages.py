@@ -52,17 +52,6 @@ def test_a_stage_is_shown_as_json(gaitsim, plain_run):
     assert shown["champion"]["score"] == max(row["best"] for row in rows)
 
 
-@pytest.mark.parametrize(
-    "change",
-    ["evolution.population=9", "mutation.rate=\udcff"],
-)
-def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain_run, change):
-    before = {path: path.read_bytes() for path in plain_run.rglob("*") if path.is_file()}
-    assert gaitsim("resume", "puppet", "--set", change, code=2).stdout == ""
-    for path, data in before.items():
-        assert path.read_bytes() == data
-
-
 def test_a_run_starts_from_a_saved_individual(gaitsim, plain_run, puppet_file, tmp_path):
     champion = json.loads(gaitsim("show", "puppet", "--json").stdout)["champion"]
     gaitsim("run", puppet_file, "--from", "puppet", "--seed", 8, "--out", "a")

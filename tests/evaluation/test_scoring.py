@@ -167,15 +167,6 @@ def test_a_fitness_that_breaks_its_contract_is_named(scored, terms, says):
     assert error.value.allowed
 
 
-def test_an_interrupt_is_no_plugin_error(puppet, puppets, monkeypatch):
-    def interrupt(*arguments):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(puppets.Puppet, "move", interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        evaluate(puppet(), GENOMES)
-
-
 def part(*scores, **terms):
     reasons = {index: f"why {s}" for index, s in enumerate(scores) if s == -INF}
     return Evaluation(np.array(scores), {n: np.array(v) for n, v in terms.items()}, reasons)

@@ -142,13 +142,6 @@ def test_an_operator_that_breaks_its_contract_is_named(
     assert error.value.remedy
 
 
-def test_genes_that_are_not_bits_are_refused(puppet, puppets, monkeypatch):
-    twos = np.full((4, 3), 2, np.uint8)
-    monkeypatch.setattr(puppets.Jitter, "mutate", lambda *arguments: twos)
-    with pytest.raises(PluginError, match=r"mutation 'puppet-jitter'.* bits"):
-        bred(puppet("organism.plugin=bit-puppet"))
-
-
 @pytest.mark.parametrize(
     ("method", "wrong", "says"),
     [

@@ -43,16 +43,6 @@ def test_each_repeat_keeps_its_own_elite(name: str) -> None:
         np.testing.assert_array_equal(after[0], before[row.argmax()])
 
 
-def test_children_come_from_parents_of_their_own_repeat() -> None:
-    """Crossover alone never creates a gene that its repeat did not have."""
-    experiment = small("millipede-crossover")
-    space = experiment.space()
-    genomes = np.zeros((5, 9, space.genes), dtype=np.uint8)
-    genomes[[1, 3], :, ::6] = 1  # in these repeats every leg points back, in the others none
-    bred = breed(experiment, space, genomes, np.zeros((5, 9)), 2)
-    np.testing.assert_array_equal(bred, genomes)
-
-
 @pytest.mark.slow
 def test_repeats_are_distributed_as_single_runs_are() -> None:
     experiment = small("millipede-double-mutation", "evolution.generations=15")

@@ -59,20 +59,6 @@ async def test_a_process_pauses_continues_and_changes_options(new_run, wait):
     assert RunSnapshot(path).generation == snapshot.generation > 5
 
 
-@pytest.mark.slow
-async def test_a_slow_reader_gets_all_rows_merged(new_run, wait):
-    path = new_run()
-    process = RunProcess(path)
-    await process.start()
-    await wait(lambda: process.last.ended)
-    snapshots = [snapshot async for snapshot in process]
-    await process.wait_ended()
-    (snapshot,) = snapshots
-    assert snapshot.rows["generation"].tolist() == list(range(1, 31))
-    assert snapshot.rows["best"].tolist() == RunSnapshot(path).history["best"].tolist()
-    assert next(event.generation for event in snapshot.events if event.kind == "best") == 1
-
-
 PARENT = """
 import asyncio, sys
 from pathlib import Path

@@ -116,12 +116,6 @@ def test_a_run_records_the_true_score_of_a_forged_code(gaitsim, code, tmp_path):
     assert start.score == Challenge.read(code).score
 
 
-def test_the_individual_of_a_code_is_played(gaitsim, code):
-    shown = gaitsim("play", code, "--at", 0.0).stdout
-    assert shown.splitlines()[1:] == gaitsim("play", "puppet", "--at", 0.0).stdout.splitlines()[1:]
-    assert "one individual" in gaitsim("play", code, "--generation", 2, code=2).stderr
-
-
 def test_scores_over_worlds_and_of_members_are_true():
     worlds = {"worlds.number": 2, "worlds.redraw": 2, "evolution.population": 6}
     search = gs.evolve("walker", generations=3, set={**worlds, "organism.duration": 1.0})

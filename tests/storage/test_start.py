@@ -147,11 +147,6 @@ MISFITS = {
         [0.0] * 4,
         "has 4 genes of the kind 'real' of the body 'shaped'",
     ),
-    "dtype": (
-        "organism.plugin=bit-puppet",
-        np.ones(3, np.uint8),
-        "3 genes of the kind 'bit' of the body",
-    ),
     "labels": ("organism.names=abd", [0.0] * 3, "gene 3 is 'd', not 'c'"),
     "bounds": ("organism.most=5", [0.0, 0.0, 4.0], "'c' is 4, allowed -1 to 2"),
 }
