@@ -47,16 +47,6 @@ def test_every_public_name_exists() -> None:
         gs.evovle  # noqa: B018
 
 
-@pytest.mark.parametrize(
-    ("guess", "use"),
-    [("run", "gaitsim.evolve"), ("list_runs", "gaitsim.runs()")],
-)
-def test_other_names_for_a_thing_name_the_right_one(guess: str, use: str) -> None:
-    with pytest.raises(AttributeError) as error:
-        getattr(gs, guess)
-    assert use in str(error.value)
-
-
 def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch) -> None:
     import gaitsim.storage.snapshot  # noqa: F401 - submodules must not hide the functions
 
@@ -336,14 +326,3 @@ def test_tables_of_notebooks_are_escaped(evolved_search: gs.RunningSearch, tmp_p
         assert table.startswith("<table>")
         assert not any(tag in table for tag in ("<script", "<b>", "<i>"))
     assert html.escape(evil) in experiment._repr_html_()
-
-
-def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.RunningSearch) -> None:
-    from dataclasses import replace
-
-    assert evolved_search.last is not None
-    evaluation = evolved_search.last.evaluation
-    scores = np.full(24, -np.inf)
-    failed = replace(evolved_search.last, evaluation=replace(evaluation, scores=scores))
-    assert "failed=24" in repr(failed)
-    assert "mean" not in repr(failed)

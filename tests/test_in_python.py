@@ -491,19 +491,6 @@ def test_mistakes_with_an_optimiser_are_explained() -> None:
         optimiser.ask()
 
 
-def test_the_default_population_of_cma_es_grows_with_the_genes() -> None:
-    sizes = [
-        gs.evolve(body=sphere, space=space, set=options).experiment.evolution.population
-        for space, options in (
-            (SPACE, {}),
-            (TEN, {}),
-            (TEN, {"evolution.population": 30}),
-            (TEN, {"search.plugin": "differential-evolution"}),
-        )
-    ]
-    assert sizes == [7, 10, 30, 100]
-
-
 def test_genomes_are_scored_for_any_optimiser() -> None:
     experiment = search_for_pendulum().experiment
     genomes = experiment.space().random(5, np.random.default_rng(0))

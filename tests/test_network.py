@@ -82,14 +82,6 @@ def test_a_population_computes_the_same_as_each_network_alone(activation):
         assert slopes[n] == pytest.approx(slope, abs=1e-12)
 
 
-def test_a_population_can_share_inputs():
-    genes = drawn(SIZES, population=(6,))
-    inputs = np.random.default_rng(1).normal(0, 1, (3, 4))
-    network = Network.from_genes(SIZES, genes)
-    repeated = np.broadcast_to(inputs, (6, 3, 4))
-    assert np.allclose(network.activate(inputs), network.activate(repeated))
-
-
 @pytest.mark.parametrize("activation", ACTIVATIONS)
 @pytest.mark.parametrize("output", ACTIVATIONS)
 def test_gradients_are_finite_differences(activation, output):

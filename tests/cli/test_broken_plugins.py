@@ -151,18 +151,11 @@ class Crooked(Plot):
             '    other: ClassVar[str] = "',
             "group must be a string",
         ),
-        ('title: ClassVar[str] = "Odd"', "title: ClassVar[int] = 3", "title must be a string"),
-        (
-            "    def write",
-            '    input: ClassVar[str] = "all"\n    def write',
-            "input must be 'run' or",
-        ),
         (
             "    def write",
             "    x: int = option(3, 'x', flag='x')\n    def write",
             "the flag 'x' must",
         ),
-        ('return Exported("nothing")', "raise ValueError('no file')", "exporting: ValueError"),
         ('return Exported("nothing")', "return 3", "returned a int while exporting"),
     ],
 )

@@ -12,7 +12,6 @@ import typer
 from gaitsim import cli
 from gaitsim.cli.app import app
 from gaitsim.evaluation import evaluate
-from gaitsim.registry import EXPERIMENTS, KINDS, entries
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.writer import RunWriter
 
@@ -80,18 +79,6 @@ def test_the_version_is_printed(gaitsim):
     from importlib.metadata import version
 
     assert gaitsim("--version") == f"gaitsim {version('gaitsim')}\n"
-
-
-def test_lists_name_everything_installed(gaitsim):
-    text = gaitsim("plugins", "list")
-    for kind in KINDS:
-        for name in entries(kind):
-            assert any(line.split()[:2] == [kind, name] for line in text.splitlines())
-    text = gaitsim("experiments", "list")
-    assert all(
-        any(line.startswith(f"{name} ") for line in text.splitlines())
-        for name in entries(EXPERIMENTS)
-    )
 
 
 def imported(*arguments, path=(), environment=None, folder=None):

@@ -48,16 +48,3 @@ def test_repeats_are_found_and_drawn_beside_a_second_run(gaitsim, finished, tmp_
     drawn = (tmp_path / "a.svg").read_text()
     assert ">puppet (3 seeds)</text>" in drawn
     assert ">other</text>" in drawn
-
-
-def test_a_body_of_one_frame_has_plots_of_scores(gaitsim, install, working, puppet_file):
-    install("still", working, {"organism": {"body": "Body"}, "fitness": {"far": "Distance"}})
-    gaitsim(
-        *("run", puppet_file, "--set", "organism.plugin=body"),
-        *("--set", "fitness.plugin=far", "--out", "flights"),
-    )
-    done = gaitsim("plot", "flights", "--kind", "all")
-    names = ("diversity", "fitness", "genome", "terms")
-    assert done.stdout.split() == [f"flights/exports/{name}.png" for name in names]
-    assert "has no channel over time" in done.stderr
-    assert "only one frame" in done.stderr

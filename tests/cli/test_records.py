@@ -1,8 +1,6 @@
 """Progress, notices, files and errors as JSON lines on standard error."""
 
 import json
-import os
-import sys
 
 import pytest
 
@@ -76,21 +74,3 @@ def test_an_unknown_value_is_rejected(gaitsim, monkeypatch):
     error = gaitsim("runs", code=2).stderr
     assert "'yes'" in error
     assert "GAITSIM_PROGRESS" in error
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
-@pytest.mark.parametrize("environment", [{}, {"GAITSIM_PROGRESS": "json"}])
-def test_redirected_results_are_not_mixed_with_progress(start, environment):
-    terminal, end = os.openpty()
-    process = start(
-        *("plugins", "check", "truncation", "--json"),
-        stderr=end,
-        env={**os.environ, "TERM": "xterm", **environment},
-    )
-    os.close(end)
-    results, _ = process.communicate(timeout=120)
-    drawn = os.read(terminal, 65536).decode()
-    os.close(terminal)
-    assert json.loads(results)["ok"]
-    assert ("\x1b" in drawn) == (not environment)

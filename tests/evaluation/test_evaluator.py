@@ -8,7 +8,7 @@ from in_turn import InTurn
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, evaluate, evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
-from gaitsim.evaluation.executors import Executor, WorkerLostError
+from gaitsim.evaluation.executors import Executor
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
 
@@ -210,31 +210,6 @@ def test_the_share_of_a_population_that_is_scored_is_reported(
     # Worlds in this process; in others, three chunks in parts of the worlds.
     assert len(found) == (4 if workers == 1 else 3 * 4 / size)
     assert found[-1] == pytest.approx(1.0)
-
-
-def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatch):
-    def die(executor):
-        raise WorkerLostError("a worker process died 3 times on the same task")
-
-    monkeypatch.setattr("gaitsim.evaluation.chunking.measure_overhead", die)
-    with Evaluator(slow(0.01), 2) as evaluator:
-        evaluator.prepare()
-        evaluator.evaluate(np.zeros((40, 3)))
-        with pytest.raises(GaitsimError, match="organism 'slow' of package") as error:
-            evaluator.evaluate(np.zeros((40, 3)))
-        assert "--workers 1" in error.value.remedy
-
-
-def test_preparing_takes_one_world_and_allows_for_the_others(puppet, puppets, monkeypatch):
-    experiment = puppet("organism.plugin=windy-puppet", "worlds.number=1000")
-    moved, move = [], puppets.WindyPuppet.move
-    monkeypatch.setattr(
-        puppets.WindyPuppet, "move", lambda self, genomes: moved.append(1) or move(self, genomes)
-    )
-    with Evaluator(experiment, 2) as evaluator:
-        evaluator.prepare()
-        assert len(moved) < 10
-        assert evaluator._scheduler.cost_model.first > 1000 * 1e-5  # s, as one call takes longer
 
 
 def test_a_failure_while_preparing_names_the_plugin(puppet, puppets, monkeypatch):

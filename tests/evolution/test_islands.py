@@ -11,7 +11,7 @@ from breeding import breed
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.evolution.islands import evolve_epoch, migrate
+from gaitsim.evolution.islands import migrate
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Islands
 
@@ -154,28 +154,6 @@ def test_a_search_stops_within_an_epoch(puppet):
     found = list(evolve(experiment, here(experiment), parallel_map=in_turn(experiment)))
     assert [generation.number for generation in found] == [1, 2, 3]
     assert found[-1].stop == "another generation would exceed 60 evaluations"
-
-
-def test_tasks_and_results_of_workers_can_be_pickled(puppet):
-    import pickle
-
-    experiment = puppet(*THREE)
-    tasks = []
-
-    def parallel_map(function, given):
-        tasks.extend(given)
-        return [function(experiment, task) for task in given]
-
-    generations = evolve(experiment, here(experiment), parallel_map=parallel_map)
-    next(generations)
-    assert not tasks
-    next(generations)
-    assert pickle.loads(pickle.dumps(evolve_epoch)) is evolve_epoch
-    for task in tasks:
-        ((genomes, evaluation), *_) = pickle.loads(
-            pickle.dumps(evolve_epoch(experiment, pickle.loads(pickle.dumps(task))))
-        )
-        assert len(genomes) == len(evaluation.scores) == 6
 
 
 def test_repeats_have_islands_of_their_own(puppet):

@@ -17,16 +17,12 @@ def changed(old, new):
 @pytest.mark.parametrize(
     ("text", "where", "what"),
     [
-        (SPIDER + "\nrate = 0.3\n", "line 3", "overwrite a value"),
-        (SPIDER + "\n[mutation]\n", "line 3", "('mutation',) twice"),
         (changed("[mutation]", "[[mutation]]"), "key mutation", "is a list of sections"),
         (changed("= 200", "= 200.0"), "key evolution.population", ": 200.0 ("),
         (changed("= 200", "= 2020-01-02"), "key evolution.population", ": 2020-01-02 ("),
         (changed('"sine"', "2020-01-02"), "key organism.encoding", ": 2020-01-02 ("),
         (changed('"sine"', "3"), "key organism.encoding", "invalid organism.encoding: 3 ("),
         (changed("0.25", "inf"), "key evolution.delta_fitness", "inf is not finite ("),
-        (changed("= 200", f"= {'9' * 5000}"), "", "a whole number is too long"),
-        (changed("seed = 0", f"seed = {2**63}"), "key seed", "too long"),
         (changed("seed = 0", "seed = -1"), "key seed", "invalid seed: -1"),
         (changed("seed = 0", "schema = 2"), "key schema", "belongs to a newer version of gaitsim"),
         (changed("seed = 0", "schema = 0"), "key schema", "there is no schema 0"),

@@ -15,20 +15,6 @@ from gaitsim.experiment import (
 from gaitsim.registry import KINDS
 
 
-@pytest.mark.parametrize(
-    ("text", "pair"),
-    [
-        ("a=1", ("a", "1")),
-        (" a.b = x y ", ("a.b", "x y")),
-        ("a=", ("a", "")),
-        ("a=b=c", ("a", "b=c")),
-        ("é.ü=1\n2", ("é.ü", "1\n2")),
-    ],
-)
-def test_an_assignment_is_split_at_its_first_equals_sign(text, pair):
-    assert [*parse_assignments([text]).items()] == [pair]
-
-
 def test_invalid_assignments_are_reported_at_once():
     wrong = ["", "=", "=1", " = 1", "a", "a.b", "a..b=1", ".a=1", "a.=1"]
     with pytest.raises(ExperimentError) as raised:

@@ -19,17 +19,15 @@ from filelock import FileLock
 from waiting import until
 
 from gaitsim.errors import GaitsimError, RunError
-from gaitsim.live import slots
 from gaitsim.live.evolving import CommandQueue
 from gaitsim.live.process import background_state, kill, send, start_detached, stop
 from gaitsim.live.protocol import RunCommand, Snapshot, read_snapshot
 from gaitsim.live.server import Hub, Presence
-from gaitsim.live.slots import Slot, queued_runs, slot_count
+from gaitsim.live.slots import Slot, slot_count
 from gaitsim.storage.background import (
     LOCK,
     SOCKET,
     STATUS,
-    BackgroundProcess,
     address,
     background_process,
     background_processes,
@@ -203,36 +201,6 @@ class TestSlots:
         monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", given)
         with pytest.raises(GaitsimError, match="GAITSIM_BACKGROUND_RUNS"):
             slot_count()
-
-
-def test_waiting_runs_are_listed_in_order(tmp_path, monkeypatch):
-    """`a` evolves; a run that joins again is last, and dead and deleted tickets are left out."""
-    monkeypatch.setenv("GAITSIM_RUNTIME_DIR", str(tmp_path / "runtime"))
-    folder, paths = create_runtime_folder(), [tmp_path / name for name in "abcd"]
-    states = ["running", *["queued"] * 3]
-    processes = [
-        BackgroundProcess(path, 1, state, 0.0) for path, state in zip(paths, states, strict=True)
-    ]
-    monkeypatch.setattr(slots, "background_processes", lambda: processes)
-    queue = {path.name: Slot(folder, 1, path) for path in paths}
-    assert [slot.try_acquire() for slot in queue.values()] == [True, *[False] * 3]
-
-    def names():
-        return "".join(run.name for run in queued_runs())
-
-    assert names() == "bcd"
-    queue["b"].release()
-    assert names() == "cd"
-    assert not queue["b"].try_acquire()
-    assert names() == "cdb"
-    tickets = {path.name[-20:]: path for path in (tmp_path / "runtime/queue").iterdir()}
-    dead = tickets[runtime_file(tmp_path / "d", "").name]
-    dead.unlink()
-    dead.touch()
-    assert names() == "cb"
-    tickets[runtime_file(tmp_path / "c", "").name].unlink()
-    assert not queue["c"].try_acquire()
-    assert names() == "bc"
 
 
 class TestHub:

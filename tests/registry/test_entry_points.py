@@ -1,7 +1,6 @@
 """Plugins are listed without importing them, and a broken plugin does not affect others."""
 
 import pickle
-import shutil
 
 import pytest
 
@@ -87,15 +86,6 @@ def test_a_bundled_name_cannot_be_taken(install, working):
     with pytest.raises(PluginError, match=r"gaitsim .*fake|fake .*gaitsim"):
         registry.load_class("organism", "spider")
     assert registry.load_class("selection", "truncation")
-
-
-def test_of_two_versions_on_the_path_the_first_counts(install, working, monkeypatch):
-    folder = install("fake", working, {"organism": {"point": "Body"}})
-    copy = shutil.copytree(folder, folder.with_name("copy"))
-    metadata = (copy / "fake-1.0.dist-info").rename(copy / "Fake-2.0.dist-info") / "METADATA"
-    metadata.write_text("Metadata-Version: 2.1\nName: Fake\nVersion: 2.0\n")
-    monkeypatch.syspath_prepend(copy)
-    assert registry.find("organism", "point").version == "2.0"
 
 
 @pytest.mark.parametrize(

@@ -1,9 +1,7 @@
 """Presets are read as text from any package, without importing it."""
 
-import importlib
 import sys
 import tomllib
-import zipfile
 
 import pytest
 
@@ -35,21 +33,6 @@ def test_a_preset_is_read_without_importing_its_package(install, package):
     install("fakes", files=files)
     assert read_preset("hop") == "name = 'hop'\n"
     assert "fakes" not in sys.modules
-
-
-def test_a_preset_in_an_archive_is_read(tmp_path, monkeypatch):
-    archive = tmp_path / "fake.zip"
-    with zipfile.ZipFile(archive, "w") as file:
-        file.writestr("zipped/__init__.py", "")
-        file.writestr("zipped/hop.toml", "name = 'hop'\n")
-        file.writestr("zipped-1.0.dist-info/METADATA", "Name: zipped\nVersion: 1.0\n")
-        file.writestr(
-            "zipped-1.0.dist-info/entry_points.txt", "[gaitsim.experiments]\nhop = zipped\n"
-        )
-    monkeypatch.syspath_prepend(archive)
-    importlib.invalidate_caches()
-    assert read_preset("hop") == "name = 'hop'\n"
-    monkeypatch.delitem(sys.modules, "zipped")
 
 
 @pytest.mark.parametrize(

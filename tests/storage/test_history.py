@@ -132,16 +132,6 @@ def test_a_damaged_history_is_one_message(tmp_path, content):
     assert error.value.where == str(path)
 
 
-def test_an_unreadable_history_is_one_message(tmp_path):
-    for read in (
-        read_history,
-        lambda path: line_ends(path, 9),
-        lambda path: read_records(path, record_type(BitSpace(("a",)))),
-    ):
-        with pytest.raises(RunError, match=f"cannot read {tmp_path}: Is a directory"):
-            read(tmp_path)
-
-
 @pytest.mark.parametrize(
     "space", [RealSpace(np.zeros(3), np.ones(3), ("a", "b", "c")), BitSpace(("a", "b", "c"))]
 )

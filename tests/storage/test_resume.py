@@ -149,11 +149,6 @@ def edit(path, old, new):
     ("old", "new", "allowed"),
     [
         ("population = 6", "population = 7", "a population of 7 with 3 genes of the kind 'real'"),
-        (
-            'plugin = "puppet"',
-            'plugin = "bit-puppet"',
-            "a population of 6 with 3 genes of the kind 'bit'",
-        ),
     ],
 )
 def test_an_experiment_edited_to_other_genomes_is_an_error(half, old, new, allowed):

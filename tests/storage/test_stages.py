@@ -282,18 +282,6 @@ def test_an_abandoned_stage_leaves_nothing(plain, puppet, monkeypatch):
     assert "height" not in (plain / "history.csv").read_text()
 
 
-def test_another_change_before_a_generation_replaces_the_stage(plain, puppet):
-    for overrides in (CLIMB, {"fitness.weight": 3}, {"mutation.plugin": "none"}):
-        RunWriter.open(plain, overrides=overrides, generations=6).__exit__(None, None, None)
-    continue_run(plain)
-    run = RunSnapshot(plain)
-    assert [str(change) for change in run.stages[1].changes] == [
-        "fitness.plugin: puppet-reach, now puppet-climb (weight 3.0)",
-        "mutation.plugin: puppet-jitter, now none",
-    ]
-    assert [stage.last for stage in run.stages] == [4, 6]
-
-
 # Errors
 
 
