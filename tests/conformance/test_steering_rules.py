@@ -7,7 +7,6 @@ from cart import Cart, SteeredCart, motion
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.testing.checks.test_bodies import check_steering
-from gaitsim_robot.organism import Robot
 
 
 @pytest.mark.slow
@@ -19,7 +18,6 @@ def test_bundled_bodies_conform(name):
 def test_a_body_without_commands_or_controllers_is_not_checked(monkeypatch):
     check_steering(load_experiment("walker").organism)
     check_steering(Cart())
-    check_steering(Robot(engine="bullet"))
     monkeypatch.setattr(Cart, "controllers", lambda self: {})
     monkeypatch.setattr(Cart, "steer", None)
     check_steering(Cart())
