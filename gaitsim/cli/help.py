@@ -133,7 +133,7 @@ class LazyGroup(TyperGroup):
             line = self.lines[name]
             settings: dict[str, Any] = {"help": line, "callback": _no_options}
             prefix = f"{self.prefix}{name}."
-            nested = group(*place, prefix=prefix, add_completion=False, **settings)
+            nested = group(*place, extensible=True, prefix=prefix, add_completion=False, **settings)
             return get_command(nested)
         if place is None:
             function = self._import_from_package(self.prefix + name)

@@ -1,18 +1,28 @@
 """Experiments, evaluation, runs and their individuals."""
 
-from gaitsim.api import Run as Run
+from gaitsim.api import Run as Run, evolve as evolve
 from gaitsim.evaluating import evaluate as evaluate
-from gaitsim.evaluation import Evaluator as Evaluator, Executor as Executor
+from gaitsim.evaluation import (
+    Evaluator as Evaluator,
+    Executor as Executor,
+    evaluate as evaluate_experiment,
+)
 from gaitsim.evaluation.evaluator import IN_CACHE as IN_CACHE
 from gaitsim.evaluation.executors import WorkerLostError as WorkerLostError, cores as cores
 from gaitsim.evaluation.playing import play as play, require_play as require_play
 from gaitsim.evaluation.processes import OnWarning as OnWarning, ProcessExecutor as ProcessExecutor
-from gaitsim.evaluation.scoring import LARGEST_SCORE as LARGEST_SCORE, move_genomes as move_genomes
+from gaitsim.evaluation.scoring import (
+    LARGEST_SCORE as LARGEST_SCORE,
+    check_motion as check_motion,
+    move_genomes as move_genomes,
+)
 from gaitsim.evaluation.streams import Purpose as Purpose, stream as stream
 from gaitsim.evaluation.values import values_of as values_of
 from gaitsim.evaluation.worlds import parse_world as parse_world
 from gaitsim.evolution.repeats import evolve_repeats as evolve_repeats
+from gaitsim.evolution.searching import ask as ask, initial_state as initial_state, tell as tell
 from gaitsim.experiment import (
+    WORLD as WORLD,
     Experiment as Experiment,
     Overrides as Overrides,
     load_experiment as load_experiment,
@@ -20,12 +30,14 @@ from gaitsim.experiment import (
     read_outline as read_outline,
     with_overrides as with_overrides,
 )
+from gaitsim.experiment.combination import compatible as compatible
 from gaitsim.experiment.loading import (
     parse_experiment as parse_experiment,
     read_file as read_file,
     reader_of as reader_of,
     readers as readers,
 )
+from gaitsim.experiment.model import space_of as space_of, starts_of as starts_of
 from gaitsim.experiment.overrides import (
     COMMAND_LINE as COMMAND_LINE,
     Problems as Problems,
@@ -118,6 +130,7 @@ __all__ = [
     "LARGEST_SCORE",
     "MEAN",
     "SCORES",
+    "WORLD",
     "Challenge",
     "Champion",
     "Choice",
@@ -144,13 +157,16 @@ __all__ = [
     "Verifier",
     "Which",
     "WorkerLostError",
+    "ask",
     "check_links",
+    "check_motion",
     "check_no_atlas",
     "check_out_folder",
     "check_root",
     "code_of",
     "command",
     "compare_folders",
+    "compatible",
     "cores",
     "create_folder",
     "create_out_folder",
@@ -160,6 +176,8 @@ __all__ = [
     "draft_folder",
     "editing",
     "evaluate",
+    "evaluate_experiment",
+    "evolve",
     "evolve_repeats",
     "exports_folder",
     "figures_of",
@@ -169,6 +187,7 @@ __all__ = [
     "first_problem",
     "free_name",
     "holds_run",
+    "initial_state",
     "invalid_value",
     "is_locked",
     "list_runs",
@@ -190,11 +209,14 @@ __all__ = [
     "replacing",
     "require_play",
     "scoring_warning",
+    "space_of",
     "standing_skeleton",
+    "starts_of",
     "stream",
     "sweep",
     "sync_folder",
     "table_line",
+    "tell",
     "terms_of",
     "unfinished_error",
     "values_of",

@@ -7,7 +7,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.plan import leg_at, next_leg, plan_of
-from gaitsim.testing.checks.test_bodies import check_rig
+from gaitsim_testing.checks.test_bodies import check_rig
 from gaitsim_walker.machine import Machine
 from gaitsim_walker.organism import Walker
 
