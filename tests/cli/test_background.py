@@ -13,15 +13,11 @@ from gaitsim.live.protocol import RunCommand
 from gaitsim.storage.background import background_process
 from gaitsim.storage.snapshot import RunSnapshot
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
-PUPPETS = Path(__file__).parents[1] / "puppets"
+pytestmark = [
+    pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets"),
+    pytest.mark.usefixtures("here"),
+]
 LONG = ("--generations", 100_000, "--set", "organism.pause=0.01")
-
-
-@pytest.fixture(autouse=True)
-def installed(monkeypatch, puppets):
-    """Install the puppets for other processes, too."""
-    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
 
 
 @pytest.fixture

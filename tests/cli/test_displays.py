@@ -188,20 +188,6 @@ class TestLiveView:
             update(view, generation(number), 4000)
         assert drawn(view)[0].endswith("0:03:20 left")
 
-    def test_a_resumed_run_continues_its_curves(self, clock: Clock) -> None:
-        course = {"best": [0.5, 1.0], "mean": [0.1, 0.9], "diversity": [0.3, 0.2]}
-        view = LiveView(*known(20, generation(10), **course), Console(file=io.StringIO()), clock)
-        lines = drawn(view)
-        assert lines[0].rstrip().endswith("10/20")
-        assert [line.split() for line in lines[1:4]] == [
-            ["best", "1.000", "⡸"],
-            ["mean", "0.900", "⡸"],
-            ["diversity", "0.200", "⢱"],
-        ]
-        clock.now += 2
-        update(view, generation(11), 20)
-        assert drawn(view)[0].endswith("11/20 0:00:18 left")
-
     @pytest.mark.parametrize("reevaluated", [True, False])
     def test_a_stage_with_new_scores_restarts_their_curves(
         self, clock: Clock, reevaluated: bool

@@ -89,15 +89,6 @@ def test_invalid_members_are_rejected(gaitsim, front, arguments, says):
     assert says in " ".join(gaitsim(*arguments, code=2).stderr.replace("│", " ").split())
 
 
-def test_a_run_without_a_front_has_no_members(gaitsim, puppet_file):
-    gaitsim("run", puppet_file)
-    for command in (("members", "puppet"), ("play", "puppet", "--member", 1)):
-        assert "neither a front nor an archive" in " ".join(
-            gaitsim(*command, code=2).stderr.replace("│", " ").split()
-        )
-    assert gs.load("runs/puppet").members is None
-
-
 def test_an_archive_is_printed_as_a_map(gaitsim, puppet_file):
     archive = """[search]
 plugin = "map-elites"

@@ -77,16 +77,6 @@ def test_the_best_is_tested_first_then_those_most_unlike_the_tested():
     assert tests.choose(features, np.full(4, -np.inf)) is None
 
 
-def test_features_are_counted_in_standard_deviations():
-    rng = np.random.default_rng(4)
-    features = rng.normal(5, [0.01, 1, 300], (9, 3))
-    features[:, 1] = 2.0  # the same for all
-    tests = model_of(features[:4], [0] * 4, [1] * 4).rescaled(features[4:])
-    np.testing.assert_allclose(tests.centre, features.mean(axis=0))
-    np.testing.assert_allclose(tests.spread[[0, 2]], features.std(axis=0)[[0, 2]])
-    assert tests.spread[1] == 1
-
-
 def test_an_individual_is_tested_on_the_body_in_reality():
     experiment = with_overrides(load_experiment("walker"), REALITY)
     *_, last = evolve(experiment, lambda genomes, number: evaluate(experiment, genomes, number))

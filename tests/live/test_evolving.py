@@ -122,15 +122,6 @@ def test_a_change_equals_a_resume_with_options(new_run, gaitsim, assignments):
     assert fingerprint(path) != fingerprint(uninterrupted(new_run))
 
 
-def test_champions_of_an_earlier_fitness_are_dropped(new_run):
-    path = new_run()
-    snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
-    history = RunSnapshot(path).history
-    assert snapshots[-1].scored_from == RunSnapshot(path).first_comparable == 8
-    assert snapshots[-1].champion.generation == 8
-    assert snapshots[-1].champion.score == history["best"][7]
-
-
 def test_an_invalid_change_is_reported_and_has_no_effect(new_run):
     path = new_run()
     invalid = [change("mutation.rat=1"), change("evolution.population=50"), change("x")]

@@ -52,22 +52,22 @@ def check(path):
         (["search.plugin=cma-es"], 2, "stopped"),
     ],
 )
-def test_a_usual_run_is_read_quickly(make, full_reads, overrides, generations, state):
-    found = check(make("walk", generations, *overrides))
+def test_a_usual_run_is_read_quickly(walk, full_reads, overrides, generations, state):
+    found = check(walk("walk", generations, *overrides))
     assert (found.state, found.generation) == (state, generations)
     assert not full_reads
 
 
-def test_a_run_that_a_process_writes_is_running(make, full_reads):
-    path = make()
+def test_a_run_that_a_process_writes_is_running(walk, full_reads):
+    path = walk()
     lock = RunLock(path)
     assert check(path).state == "running"
     lock.release()
     assert not full_reads
 
 
-def test_times_are_left_out_if_they_are_not_needed(make, full_reads):
-    path = make()
+def test_times_are_left_out_if_they_are_not_needed(walk, full_reads):
+    path = walk()
     (listed,) = list_overviews(path.parent, read_in_full, times=False)
     assert listed.seconds == 0
     assert listed.terms == overview(path).terms
@@ -128,15 +128,15 @@ UNUSUAL = {
 
 
 @pytest.mark.parametrize("change", UNUSUAL.values(), ids=UNUSUAL)
-def test_an_unusual_run_is_read_in_full(make, full_reads, change):
-    path = make()
+def test_an_unusual_run_is_read_in_full(walk, full_reads, change):
+    path = walk()
     change(path)
     check(path)
     assert full_reads == [path]
 
 
-def test_a_run_before_its_first_generation(make, full_reads):
-    path = make("walk", 0)
+def test_a_run_before_its_first_generation(walk, full_reads):
+    path = walk("walk", 0)
     found = check(path)
     assert (found.state, found.generation, found.best) == ("stopped", 0, None)
     assert full_reads == [path]
