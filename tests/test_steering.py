@@ -154,20 +154,6 @@ def test_a_saved_drive_is_a_run_whose_champion_repeats_it_bit_for_bit(cart, monk
     assert drive.saved is None
 
 
-def test_an_evolved_run_is_steered_by_its_champion(cart, monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    for generation in evolve(cart, out=tmp_path / "runs" / "cart", seed=1):
-        assert np.isfinite(generation.scores).all()
-    path = tmp_path / "runs" / "cart"
-    drive = individual_drive(f"{path}@1", {"organism.duration": 3.0})
-    assert drive.experiment.organism.duration == 3.0
-    genome = load(path).replay(1).genome
-    for _ in range(12):
-        drive.give("faster")
-    drive.advance_to(1.0)
-    assert drive.facts["wish"] == f"{genome[0]:.2f} m/s"
-
-
 def test_bodies_that_cannot_repeat_a_drive_are_reported(kite, cart, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     drive = create_drive(kite, {})

@@ -7,9 +7,7 @@ import numpy as np
 import pytest
 from run_helpers import strict
 
-import gaitsim as gs
-from gaitsim.console.printing import as_json
-from gaitsim.gait import analyse_individual, with_damage, worlds
+from gaitsim.gait import analyse_individual, with_damage
 from gaitsim.gait.gait_files import gait_of, write_gait
 from gaitsim.storage.snapshot import RunSnapshot
 
@@ -197,18 +195,3 @@ def test_a_gait_is_played_in_a_second_engine(gaitsim, spider):
     assert forward["bullet"] != forward["mujoco"]
     shown = gaitsim("analyse", "quadruped", "--engine", "bullet").stdout
     assert "The same gait in the engine bullet" in shown
-
-
-@pytest.mark.slow
-def test_a_robot_with_reflexes_is_compared_with_its_blind_self(gaitsim, monkeypatch):
-    monkeypatch.setattr(worlds, "HORN_WORLDS", worlds.HORN_WORLDS[:1])
-    short = ("--set", "organism.duration=1", "--set", "organism.reflexes={heading={}}")
-    gaitsim("run", "quadruped", "--population", 4, "--generations", 1, *short)
-    shown = gaitsim("analyse", "quadruped").stdout
-    assert "Servo horns 2° off" in shown
-    assert "Reflexes: heading." in shown
-    found = strict(gaitsim("analyse", "quadruped", "--json").stdout)["feedback"]
-    assert found["feeling"]["nominal"]["result"] != found["blind"]["nominal"]["result"]
-    compared = gs.load("runs/quadruped").champion.feedback()
-    assert compared is not None
-    assert strict(as_json(compared.to_dict())) == found

@@ -68,18 +68,12 @@ def test_a_run_without_a_generation_is_shown(gaitsim, unstarted):
         assert "gaitsim resume runs/unstarted" in done.stderr
 
 
-@pytest.mark.parametrize("more", [(), ("--json",), ("--delete", "puppet", "--yes")])
-def test_a_folder_that_cannot_hold_runs_is_rejected(gaitsim, finished, more):
-    for root, says in [
-        ("nope", "folder not found: nope"),
-        ("runs/nope", "folder not found: runs/nope"),
-        ("x" * 300, "folder not found: xxx"),
-        ("runs/puppet", "try:     gaitsim show runs/puppet"),
-    ]:
-        done = gaitsim("runs", root, *more, code=2)
-        assert says in done.stderr
+def test_a_folder_that_cannot_hold_runs_is_rejected(gaitsim, finished):
+    for more in ((), ("--delete", "puppet", "--yes")):
+        assert "folder not found: nope" in gaitsim("runs", "nope", *more, code=2).stderr
+        done = gaitsim("runs", "runs/puppet", *more, code=2)
+        assert "try:     gaitsim show runs/puppet" in done.stderr
         assert done.stdout == ""
-    assert "Error: runs/puppet is a run\n" in done.stderr
     assert finished.is_dir()
 
 

@@ -30,12 +30,6 @@ def test_playing_the_angles_of_a_champion_gives_its_score():
     assert list(played.terms) == list(moved.terms)
 
 
-def test_a_body_of_a_third_party_plays(playable):
-    angles = np.ones((2, 5, 3))
-    motion = play(playable, angles)
-    assert evaluate_motion(playable, motion, 2).scores == pytest.approx(3 * np.sin(1) - 0.3)
-
-
 def test_a_body_that_cannot_play_is_refused(puppet, puppets, monkeypatch):
     experiment = puppet()
     with pytest.raises(GaitsimError, match=r"gaitsim-puppets.* cannot play"):

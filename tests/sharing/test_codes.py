@@ -56,13 +56,6 @@ def test_a_code_holds_its_experiment_genome_and_score_to_the_bit(name):
         assert found.code == code
 
 
-def test_genomes_of_other_bytes_than_bits_survive(millipede):
-    genome = np.array([0, 1, 2, 255, 7], np.uint8)
-    found = Challenge.read(replace(millipede, genome=genome).code)
-    assert found.genome.tolist() == genome.tolist()
-    assert found.genome.flags.writeable
-
-
 def test_codes_of_this_format_are_read_for_ever():
     dictionary = files("gaitsim.sharing").joinpath("dictionary-1.txt").read_bytes()
     assert hashlib.sha256(dictionary).hexdigest() == DICTIONARY

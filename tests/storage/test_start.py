@@ -10,8 +10,7 @@ from run_helpers import THRESHOLD, evolve_run
 from gaitsim.errors import CheckpointError, ExperimentError, RunError
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.streams import Purpose, stream
-from gaitsim.experiment import load_experiment
-from gaitsim.storage.compatibility import check_start, missing_packages, versions
+from gaitsim.storage.compatibility import check_start
 from gaitsim.storage.creation import create_run, find_individual
 from gaitsim.storage.files.checkpoint import Champion, Start, read_champion
 from gaitsim.storage.files.folder import START
@@ -163,10 +162,3 @@ def test_a_genome_of_another_body_is_an_error(puppet, option, genome, says):
     assert error.value.allowed.startswith("3 genes of the kind 'real' of the body 'shaped'")
     fitting = champion(puppet(*shaped), [0.0, 1.0, 2.0])
     check_start(puppet(*shaped), Start.of(fitting), "")
-
-
-def test_a_run_records_the_packages_of_reflexes():
-    found = versions(load_experiment("hexapod-steady"))
-    assert found["reflex heading"].startswith("gaitsim-robot ")
-    [missing] = missing_packages({**found, "reflex balance": "robot-reflexes 1.2"})
-    assert "pip install robot-reflexes==1.2" in missing.remedy
