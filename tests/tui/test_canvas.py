@@ -308,11 +308,3 @@ def wheel(canvas):
     where = {"x": 5, "y": 5, "screen_x": 5, "screen_y": 5}
     keys = dict.fromkeys(("shift", "meta", "ctrl"), False)
     return MouseScrollUp(widget=canvas, delta_x=0, delta_y=0, button=0, **where, **keys)
-
-
-def test_looks(snap_compare):
-    async def show(pilot):
-        pilot.app.canvas.show_frame(13)
-        await pilot.pause()
-
-    assert snap_compare(Canvas(skeleton=walker()), terminal_size=(80, 20), run_before=show)

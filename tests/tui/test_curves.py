@@ -311,15 +311,3 @@ class TestExploring:
 
 def picture_text(shown):
     return "\n".join(strip.text for strip in strips(shown.query_one(Cells)))
-
-
-def test_looks(snap_compare):
-    async def fill(pilot):
-        x = np.arange(1.0, 121)
-        best = Series("best", x, 2 - 2 / x)
-        mean = Series("mean", x, 1.5 - 3 / x)
-        mean.y[50:60] = np.nan
-        pilot.app.curves.set_series([best, mean], [80])
-        await pilot.pause()
-
-    assert snap_compare(Plot(), terminal_size=(80, 20), run_before=fill)

@@ -2,14 +2,11 @@
 
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from threading import Event
 
 import pytest
 from rich.cells import cell_len
-from textual.events import Key
-from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 
 from gaitsim.live.process import background_state, start_detached
@@ -97,11 +94,6 @@ class TestTable:
             }
             assert {"home.new", "home.plugins", "app.help", "app.quit"} <= driver.offered()
 
-    async def test_a_missing_folder_is_reported(self, here, drive):
-        Path("runs").write_text("")
-        async with drive() as driver:
-            assert "cannot list runs" in driver.text("#empty")
-
     async def test_a_damaged_run_shows_its_problem_and_is_not_opened(self, walk, drive):
         path = walk()
         (path / "experiment.toml").write_text("[[[")
@@ -165,45 +157,6 @@ class TestFollowing:
                 assert names(driver) == ["a", "b", "c"]
         for lock in locks:
             lock.release()
-
-    async def test_no_runs_are_reported_only_after_the_folder_was_read_again(
-        self, walk, drive, monkeypatch
-    ):
-        Path("runs").mkdir(exist_ok=True)
-        gate = Event()
-        async with drive() as driver:
-            home, poll = driver.screen, growing.RunsWatcher.poll
-
-            def slow(watch, progress=None):
-                assert gate.wait(60)
-                return poll(watch, progress)
-
-            monkeypatch.setattr(growing.RunsWatcher, "poll", slow)
-            await driver.press("n", "enter")
-            await driver.at("New")
-            walk("new")
-            await driver.press("escape")
-            await driver.at("Home")
-            assert "no runs" not in str(home.query_one("#empty").render())
-            gate.set()
-            await driver.until(lambda: home.query("#runs") and names(driver) == ["new"])
-
-    async def test_a_run_that_fails_can_no_longer_be_stopped(self, walk, drive, monkeypatch):
-        walk("a")
-        async with drive() as driver:
-            home = driver.screen
-            [run] = home.runs
-            states = ["running"]
-            monkeypatch.setattr(
-                growing.RunsWatcher,
-                "poll",
-                lambda watch, progress=None: [replace(run, state=states[-1])],
-            )
-            await look(driver)
-            assert "home.stop" in driver.offered()
-            states.append("failed")
-            await look(driver)
-            assert "home.stop" not in driver.offered()
 
 
 class TestManyRuns:
@@ -306,29 +259,6 @@ class TestSortingAndFiltering:
             await driver.press("u")
             await driver.at("Home")
             assert not driver.screen.query_one("#runs").chosen
-
-    async def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
-        async with drive() as driver:
-            await driver.press("slash")
-            await driver.type("zebra[b]")
-            assert "None of the 3 runs matches “zebra[b]”" in driver.text("#empty")
-            await driver.press("escape")
-            assert len(names(driver)) == 3
-            assert driver.app.focused is driver.screen.query_one("#runs")
-
-    async def test_pasted_letters_are_typed_into_the_filter(self, three, drive):
-        async with drive() as driver:
-            box = driver.screen.query_one("#filter", Input)
-            for text in ("new", "dy", "q r", "/?"):
-                for char in f"/{text}":
-                    driver.app.post_message(Key(_character_to_key(char), char))
-                await driver.until(lambda text=text: box.value == text, 10)
-                assert isinstance(driver.screen, Home)
-                assert driver.screen.filter == text
-                await driver.press("escape", "space")
-                assert driver.screen.query_one("#runs").marked
-                assert box.value == ""
-                await driver.press("space")
 
 
 class TestDeleting:

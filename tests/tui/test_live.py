@@ -137,15 +137,6 @@ def test_a_champion_that_is_not_on_disk_yet_is_simulated(tmp_path, monkeypatch):
 
 
 class TestStopped:
-    async def test_a_new_run(self, make):
-        async with live(make()) as (screen, pilot):
-            assert screen.state == "stopped"
-            assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
-            await app_until(
-                pilot, lambda: "stopped  generation 0/20" in text(screen, "#live-status")
-            )
-            assert "space: resume" in text(screen, "#live-status")
-
     async def test_a_stopped_run(self, make):
         run = make(7, "evolution.fitness_threshold=0")
         history = RunSnapshot(run).history
@@ -309,14 +300,6 @@ class TestSteering:
             await pilot.press("s")
             await app_until(pilot, lambda: copy.process is None)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
-
-    async def test_a_failed_fork_is_reported(self, make):
-        async with live(make(3)) as (screen, pilot):
-            await ask_change(pilot, "f")
-            await type_in(pilot, "runs/walk/experiment.toml/x", "#out")
-            await pilot.press("ctrl+r")
-            await app_until(pilot, lambda: problem(screen))
-            assert "cannot write" in problem(screen)
 
 
 class TestLeaving:

@@ -13,7 +13,6 @@ from pkgutil import walk_packages
 import pytest
 from textual.binding import Binding
 from textual.widgets import Input
-from textual.widgets._footer import FooterKey
 from textual.worker import WorkerFailed
 
 import gaitsim.tui
@@ -25,7 +24,7 @@ from gaitsim.tui.screens.base import NOT_NOW, GaitScreen
 from gaitsim.tui.screens.help import targets
 from gaitsim.tui.screens.home import Home
 from gaitsim.tui.screens.questions import Confirm
-from gaitsim.tui.widgets.footer import MORE, Footer, Item, fit_items
+from gaitsim.tui.widgets.footer import MORE, Item, fit_items
 
 
 def all_subclasses(kind, *, leaves=True):
@@ -95,36 +94,6 @@ class TestFooter:
             announced = [item.binding.action for item in shown if item.text == MORE]
             assert announced == ([] if not omitted else ["help" if has_help else "palette"])
             assert {item.key for item in shown} & {"a", "b"} in (set(), {"a", "b"})
-
-    async def test_every_key_of_a_screen_is_complete_or_in_the_help(self, walk, drive):
-        walk()
-        async with drive() as driver:
-            await self.check(driver)
-            await driver.press("r")
-            await driver.at("Replay")
-            await self.check(driver)
-
-    async def check(self, driver):
-        footer = driver.screen.query_one(Footer)
-        wanted = {}
-
-        def settled():
-            wanted.clear()
-            for _, binding, *_ in driver.screen.active_bindings.values():
-                if binding.show and binding.id:
-                    wanted[binding.action] = binding
-            keys = list(footer.query(FooterKey))
-            missing = {*wanted} - {one.action for one in keys}
-            more = any(one.description == MORE for one in keys)
-            return keys and more == bool(missing)
-
-        await driver.until(settled)
-        keys = list(footer.query(FooterKey))
-        for one in keys:
-            assert one.region.width == one.region.intersection(driver.screen.region).width
-            assert one.render().cell_len <= one.region.width
-        assert not keys[0].region.overlaps(keys[-1].region)
-        assert sum(one.region.width for one in keys) <= driver.screen.size.width
 
 
 class TestHelp:
@@ -370,22 +339,6 @@ class TestKeys:
             assert 'there is no key "ctl+d"' in shown
             assert '• unknown key "kyes"; ' in shown
             assert driver.app.theme == "gaitsim-dark"
-
-    @pytest.mark.slow
-    async def test_a_key_assigned_twice_is_reported(self, walk, drive, config):
-        walk()
-        async with drive(
-            config=config('[keys]\nhome.new = "r"\nhome.export = "?"\nlive.go = "x"')
-        ) as driver:
-            await driver.until(lambda: "assigned to" in driver.notifications())
-            assert "the key r is assigned to home.new and to home.replay" in driver.notifications()
-            assert (
-                "the key question_mark is assigned to app.help and to home.export"
-                in driver.notifications()
-            )
-            assert "live" not in driver.notifications()
-            await driver.press("r")
-            await driver.at("Presets")
 
 
 class TestEnding:
