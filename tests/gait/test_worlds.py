@@ -99,7 +99,6 @@ class TestUnseenWorlds:
         [
             ({"ice": (0, 1)}, "ice"),
             ({"friction": (1.0, 0.5)}, "friction"),
-            ({"mass": (-1, 1)}, "mass"),
         ],
     )
     def test_ranges_that_the_body_cannot_be_in_are_refused(self, walker, ranges, named):
@@ -119,13 +118,6 @@ class TestUnseenWorlds:
         assert ("worst tenth, mean", "1.600", "80 %") in table.rows
         [row] = hurting.rows
         assert row[:4] == ("side_slope", "below −1° or above 1°", "0.300", "4 of 80")
-
-    def test_a_gait_that_does_not_move_is_described(self):
-        still = made(np.zeros(20), friction=np.linspace(0, 1, 20))
-        table, hurting = world_results(replace(still, nominal=walked(0.0)))
-        assert "not move forward in any world" in table.warning
-        assert table.columns == ("", "forward m")
-        assert hurting.rows == ()
 
     def test_failed_motions_do_not_spoil_the_description(self):
         results = np.r_[-np.inf, -np.inf, np.arange(18.0)]
@@ -199,8 +191,6 @@ class TestChecks:
         ("checks", "message"),
         [
             ([{"frction": 1.0}], "names an invalid check: unknown condition 'frction'"),
-            ([{"friction": 9.0}], "names an invalid check: invalid value of the condition"),
-            ([{"friction": "much"}], "failed while naming its checks"),
             (None, "failed while naming its checks"),
         ],
     )

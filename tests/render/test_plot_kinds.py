@@ -26,14 +26,11 @@ from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
 from gaitsim.render.scene import THEMES as SCENES
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim_adaptation.atlas import load_atlas
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
 from gaitsim_plots.phase import stride_of
-from gaitsim_studies.comparison import Sample, analyse
-from gaitsim_studies.plots import FIGURES
 
 SPACE = ("x", "y", "z")
 
@@ -233,19 +230,6 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
         draw("archive", Request(run, axes=("reach", "speed")))
 
 
-def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
-    axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
-    small = {"evolution.generations": 1, "evolution.population": 10}
-    atlas = load_atlas("spider-genetic", axes=dict.fromkeys(axes), cells=20, set=small)
-    for _ in gs.evolve(atlas, out=tmp_path / "run"):
-        pass
-    *panels, _ = draw("archive", Request(RunSnapshot(tmp_path / "run"))).axes
-    assert len(panels) == 10
-    for which in ("x", "y"):
-        shown = [getattr(one, f"get_{which}label")() for one in panels]
-        assert [name for name in shown if name] == (axes[:-1] if which == "x" else axes[1:])
-
-
 def test_an_archive_with_one_axis_is_a_step_line(puppet_run):
     axes = "{ reach = [-3, 3] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=[6]")
@@ -285,19 +269,6 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
             load_product("plot", kind, {}).check(puppet_run().individual())
         with pytest.raises(NothingToPlotError, match="genetic"):
             draw(kind, Request(puppet_run()))
-
-
-OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
-
-
-@pytest.mark.parametrize("kind", FIGURES)
-def test_users_settings_do_not_change_a_comparison(kind, spider_run):
-    rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
-    found = analyse({"a": Sample(spider_run.experiment, rising)}, 10_000)
-    plain = picture(FIGURES[kind](found, LIGHT), "svg", LIGHT)
-    with matplotlib.rc_context(OWN_SETTINGS):
-        assert picture(FIGURES[kind](found, LIGHT), "svg", LIGHT) == plain
-    assert b"4 repeats" in plain
 
 
 def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
@@ -547,13 +518,10 @@ def test_joints_are_grouped_by_leg_if_names_begin_with_the_leg(names, legs):
     ("names", "joints"),
     [
         ("FL_hip_joint FL_calf_joint FR_hip_joint FR_calf_joint", ["hip joint", "calf joint"]),
-        ("LF_HAA LF_KFE RF_HAA RF_KFE", ["HAA", "KFE"]),
         ("hip_joint_front_left knee_joint_front_left hip_joint_rear_right knee_joint_rear_right",
          ["hip joint", "knee joint"]),
-        ("hip_1 ankle_1 hip_2 ankle_2", ["hip", "ankle"]),
         # Not ordered by leg, without the name of a leg, or different on each side.
         ("L_hip R_hip L_knee R_knee", None),
-        ("joint1 joint2 joint3 joint4", None),
         ("L_hip L_knee R_hip R_ankle", None),
     ],
 )  # fmt: skip
@@ -567,17 +535,6 @@ def test_joints_with_other_names_are_grouped_by_foot(names, joints):
             "L1": dict(zip(joints, (0, 1), strict=True)),
             "R1": dict(zip(joints, (2, 3), strict=True)),
         }
-
-
-def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
-    import gaitsim.gait as module
-
-    margin = np.full(300, 0.01)
-    margin[30:60], margin[60:75] = -0.005, -np.inf
-    monkeypatch.setattr(module, "margin_of", lambda shown: margin)
-    written = texts(draw("stability", request_for(spider_run)))
-    assert "least: −5.0 mm" in written
-    assert "unsupported: 15% of the time" in written
 
 
 def test_commands_changes_of_reflexes_and_yaw_are_drawn_in_degrees():
@@ -647,65 +604,6 @@ def test_drawn_bodies_neither_overlap_nor_hide_a_path_that_returns(flier, radius
     assert said == (bodies == 0)
 
 
-def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
-    shown = flier.individual()
-    centre = np.linspace([0, 0, 0], [0, 0, 100.0], 20)
-    ends = centre[:, None, None] + np.array([[[0.5, 0, 0], [-0.5, 0, 0]]])
-    skeleton = Skeleton(ends, ("body",), 4.0, centre=centre)
-    object.__setattr__(shown, "skeleton", skeleton)
-    scene = scene_of(skeleton, slice(0, 20))
-    assert scene.factor == 10
-    assert np.ptp(scene.bodies[0, 0, :, 0]) == pytest.approx(10)
-    assert any("body × 10" in text for text in texts(draw("path", Request(flier, (shown,)))))
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize(
-    ("size", "low", "high"),
-    [
-        (0.2, [0, 0, 0], [0, 0, 100.0]),
-        (0.5, [0, 0, 0.3], [-0.7, 0, -3.4]),  # a fall
-        (0.5, [0, 0, 0.3], [-4, 0, -1.2]),  # down a slope
-        (0.5, [0, 0, -0.2], [-4, 0, -1.25]),
-        (0.05, [0, 0, 0.01], [0.11, 0, 0.01]),  # a walk of centimetres
-        (0.01, [0, 0, 0], [0.003, 0.004, 0.02]),
-        (0.001, [0, 0, 0], [-0.003, -0.004, 0]),
-        (1, [0, 0, 0], [2500, -1200, 900]),
-    ],
-)
-def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
-    shown = flier.individual()
-    centre = np.linspace(low, high, 20)
-    cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
-    skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
-    object.__setattr__(shown, "skeleton", skeleton)
-    figure = draw("path", Request(flier, (shown,)))
-    with styled(LIGHT):
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        low, high = figure.bbox.min, figure.bbox.max
-        written = [
-            text
-            for panel in figure.axes
-            for axis in (panel.xaxis, panel.yaxis)
-            for text in (
-                axis.label,
-                panel.title,
-                *(tick.label1 for tick in axis._update_ticks()),  # only visible ones
-            )
-            if text.get_text()
-        ]
-        boxes = [text.get_window_extent(canvas.get_renderer()) for text in written]
-    over = [
-        (written[one].get_text(), written[other].get_text())
-        for other in range(len(boxes))
-        for one in range(other)
-        if boxes[one].overlaps(boxes[other])
-    ]
-    assert over == []
-    assert all((box.min >= low - 1).all() and (box.max <= high + 1).all() for box in boxes)
-
-
 @pytest.mark.parametrize("broken", ["all", "some"])
 def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     shown = flier.individual()
@@ -753,29 +651,6 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
         assert np.array_equal(line.values, channel.values[:, trial - 1, axis])
 
 
-def test_only_the_first_of_many_trials_is_drawn(flier):
-    channel = read_signal(flier.individual(), "place")
-    many = replace(
-        channel,
-        values=np.zeros((5, 9, 3)),
-        entries=(tuple(f"trial {trial}" for trial in range(1, 10)), channel.entries[1]),
-    )
-    assert [line.name for line in lines_of(many, ())] == ["trial 1 x", "trial 1 y", "trial 1 z"]
-    assert [line.name for line in lines_of(many, ("trial 9", "z"))] == ["trial 9 z"]
-
-
-def test_generations_are_lines_of_one_panel(spider_run):
-    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "z"))
-    (axes,) = draw("channel", request).axes
-    first, last = lines(axes)
-    assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
-    assert np.array_equal(
-        first.get_ydata(), 1000 * request.individuals[0].motion["feet"][0, :, 0, 2].astype(float)
-    )
-    assert axes.get_ylabel() == "feet L1 z (mm)"
-    assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())
-
-
 def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, puppets, monkeypatch):
     real = puppets.Puppet.move
 
@@ -790,21 +665,6 @@ def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, pupp
     assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
 
 
-def test_truth_values_are_bars(flier, spider_run):
-    figure = draw("channel", request_for(flier, channel="landed"))
-    assert figure.axes[0].get_ylabel() == "landed"
-    axes = draw("channel", request_for(spider_run, channel="stance")).axes[0]
-    assert len(axes.collections) == 8
-
-
-def test_the_error_for_an_unknown_channel_lists_the_known_ones(spider_run):
-    with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
-        draw("channel", request_for(spider_run, channel="margins"))
-    assert error.value.remedy == "did you mean 'margin'?"
-    for name, description in spider_run.experiment.organism.channels.items():
-        assert f"{name}: {description}" in error.value.allowed
-
-
 def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
@@ -817,13 +677,6 @@ def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     with pytest.raises(GaitsimError, match="one value per gait") as error:
         draw("channel", request_for(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
-
-
-@pytest.mark.parametrize("kind", ["footfall", "stability"])
-def test_the_error_for_a_body_without_feet_names_the_requirement(flier, kind):
-    with pytest.raises(NothingToPlotError, match="puppet") as error:
-        draw(kind, request_for(flier))
-    assert "contacts" in error.value.allowed
 
 
 @pytest.mark.parametrize(
@@ -841,10 +694,3 @@ def test_a_window_without_motion_is_rejected():
         assert "0 to 9.967 s" in error.value.allowed
     with pytest.raises(NothingToPlotError, match="only one frame"):
         window_slice(1, 30.0, None)
-
-
-def test_file_names_describe_the_plot(spider_run):
-    assert stem("fitness", request_for(spider_run)) == "fitness"
-    assert stem("path", request_for(spider_run, 2)) == "path-generation-2"
-    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
-    assert stem("channel", request) == "channel-feet-L1----z-generation-1-3"

@@ -64,7 +64,6 @@ class TestDifferences:
             ({"mutation": {"plugin": "b"}}, ""),
             ({"fitness": {"plugin": "b", "k": 1}}, "are not comparable: fitness.plugin differs."),
             ({"fitness": {"plugin": "a", "k": 2}}, "are not comparable: fitness.k differs."),
-            ({"organism": {"plugin": "b"}}, "are not comparable: organism.plugin differs."),
             (
                 {"organism": {"plugin": "a", "legs": 6}},
                 "may not be comparable: organism.legs differs.",

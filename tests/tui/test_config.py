@@ -54,12 +54,9 @@ class TestRead:
     @pytest.mark.parametrize(
         "text",
         [
-            "tui = 3",
-            "keys = 'x'",
             "[tui]\ntheme = 1",
             "[tui]\nnotify = 'no'",
             "[keys]\nhome.new = 1",
-            "[keys]\nx = ''",
         ],
     )
     def test_a_value_of_the_wrong_type_is_reported(self, read, text):

@@ -477,20 +477,6 @@ class TestNavigation:
             await driver.press("r")
             assert len((await driver.at("Replay")).panes) == 2
 
-    async def test_the_equivalent_command_is_copied(self, walk, drive):
-        walk("two words")
-        async with drive() as driver:
-            await driver.press("y")
-            assert driver.app.clipboard == "gaitsim show 'runs/two words'"
-            driver.screen.query_one("#filter", Input).value = "two score>-9"
-            await driver.until(lambda: driver.screen.filter == "two score>-9")
-            line = "gaitsim runs runs --where 'two score>-9' --sort age"
-            found = [
-                one for one in driver.screen.palette() if one.title.startswith("Copy the list")
-            ]
-            found[0].do()
-            assert driver.app.clipboard == line
-
 
 class TestPreview:
     async def test_the_champion_under_the_cursor_is_shown_after_a_rest(

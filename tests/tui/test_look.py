@@ -178,13 +178,6 @@ def test_confirm(look):
     assert look(SMALL, go)
 
 
-def test_jump(look):
-    async def go(pilot):
-        await pilot.press("slash", "ctrl+o")
-
-    assert look(SMALL, go)
-
-
 def test_tasks(look):
     async def go(pilot):
         pilot.app.tasks.all = [

@@ -9,7 +9,6 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
-from textual.widgets import Static
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
@@ -145,12 +144,6 @@ class TestTask:
             await tasks.stop_all()
 
         assert run("video", "x", during=during)[0].state == "stopped"
-
-    def test_a_missing_interpreter_is_reported(self, here, monkeypatch):
-        monkeypatch.setattr(sys, "executable", "/nowhere/python")
-        task, _ = run("runs")
-        assert task.state == "failed"
-        assert "cannot be started" in task.message
 
 
 class TestOpener:
@@ -362,38 +355,6 @@ class TestExports:
             await driver.press("escape")
             await driver.at("Files")
             assert "files.open" not in driver.offered()
-
-    @pytest.mark.slow
-    async def test_an_unsupported_product_shows_the_reason_and_cannot_be_exported(
-        self, walk, drive
-    ):
-        path = walk()
-        async with drive() as driver:
-            driver.screen.ask_export(RunChoice(path))
-            dialog = await driver.at("ExportDialog")
-            highlight(dialog, "--kind footfall")
-            await driver.press("enter")  # before the check finds that it has no feet
-            await driver.until(
-                lambda: any("has no feet" in str(one.render()) for one in dialog.query(Static))
-            )
-            assert driver.screen is dialog
-            assert not driver.app.tasks.all
-            highlight(dialog, "--kind terms")
-            await driver.until(lambda: "--kind terms" in driver.text("#export-command"))
-            await driver.press("enter")
-            await driver.until(lambda: len(driver.app.tasks.all) == 1)
-            driver.screen.ask_export(RunChoice(path))
-            dialog = await driver.at("ExportDialog")
-            highlight(dialog, "differences")
-            await driver.until(lambda: "runs" in [one.option.key for one in dialog.query(Field)])
-            runs = dialog.query(Field).first()
-            assert dialog.query_one("#make").disabled
-            assert not runs.has_class("-wrong")  # before anything is typed or submitted
-            await driver.press("enter")
-            await driver.until(lambda: runs.has_class("-wrong"))
-            assert driver.app.focused is runs.query_one("Input")
-            assert driver.app.tasks.all[0].arguments == ("plot", str(path), "--kind", "terms")
-            await driver.app.tasks.stop_all()
 
     async def test_a_task_can_be_repeated(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("raise SystemExit('no [b]luck')")

@@ -111,12 +111,9 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
     ("given", "message"),
     [
         (("--damage", "D lost"), "A, B, C"),
-        (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
         ((*LOST, "--measure", "speed"), "unknown measure"),
-        ((*LOST, "--stop", "nan"), "invalid 'stop'"),
         (("--visible",), "--damage"),
         (("--physics", "--interactive"), "cannot be combined"),
-        ((*LOST, "--physics"), "twin"),
         (("--interactive", "--name", "../up"), "name"),
     ],
 )

@@ -473,10 +473,3 @@ class TestListening:
         seen = served(monkeypatch)
         gaitsim("serve", "my runs", "--port", free_port, "--theme", "nord")
         assert seen[0].command.endswith("-m gaitsim tui 'my runs' --theme nord")
-
-
-class TestTui:
-    def test_an_unknown_theme_is_reported(self, gaitsim, monkeypatch):
-        monkeypatch.setenv("TEXTUAL_DRIVER", "none")
-        stderr = gaitsim("tui", "--theme", "gaitsim-lite", code=2).stderr
-        assert "did you mean 'gaitsim-light'?" in stderr
