@@ -196,7 +196,9 @@ class TestChecks:
     )
     def test_a_wrong_check_is_an_error_of_the_plugin(self, checks, message, monkeypatch):
         monkeypatch.setattr(type(SHORT.organism), "checks", lambda body: checks)
-        with pytest.raises(PluginError, match=f"organism 'robot' of package gaitsim .* {message}"):
+        with pytest.raises(
+            PluginError, match=f"organism 'robot' of package gaitsim-robot .* {message}"
+        ):
             check_gait(Individual(SHORT, 0.0, {}, 1, TROT))
 
     def test_other_bodies_have_no_checks(self, walker):

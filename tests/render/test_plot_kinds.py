@@ -30,7 +30,6 @@ from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
-from gaitsim_plots.phase import stride_of
 
 SPACE = ("x", "y", "z")
 
@@ -323,19 +322,6 @@ def test_a_line_at_zero_is_inside_its_panel_and_counts_are_whole(bundled, flier)
 
 
 @pytest.mark.slow
-def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
-    axes = draw("genome", request_for(spider_run)).axes[0]
-    space = spider_run.experiment.space()
-    (image,) = axes.images
-    genomes = np.stack([spider_run.best_genome(number) for number in (1, 2, 3)])
-    assert np.allclose(image.get_array(), ((genomes - space.lower) / space.width).T)
-    assert [label.get_text() for label in axes.get_yticklabels()] == [*space.labels]
-    bits = bundled("millipede")
-    (image,) = draw("genome", request_for(bits)).axes[0].images
-    assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
-
-
-@pytest.mark.slow
 def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_path):
     small = {"evolution.generations": 3, "evolution.population": 4, "organism.duration": 0.3}
     for _ in gs.evolve(load_experiment("fly", small), out=tmp_path / "run"):
@@ -350,17 +336,6 @@ def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_pa
     drawn = spread[[space.labels.index(name) for name in names]]
     assert drawn.min() >= np.sort(spread)[-MAX_GENES]
     assert f"the {MAX_GENES} of {space.genes} genes" in axes.get_title(loc="left")
-
-
-@pytest.mark.slow
-def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
-    request = request_for(bundled("millipede"))
-    clock = draw("phase", request).axes[0]
-    _, found, _ = stride_of(request.individual)
-    arcs = [(arc.get_x(), arc.get_width()) for arc in clock.patches]
-    stepping = np.flatnonzero(np.isfinite(found.phases))
-    duty = [found.feet[foot].duty_factor for foot in stepping]
-    assert np.allclose(arcs, 2 * np.pi * np.stack([found.phases[stepping], duty], axis=1))
 
 
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
@@ -435,27 +410,6 @@ def with_channels(run, monkeypatch, **channels):
     declared = {name: channel for name, (channel, _) in channels.items()}
     monkeypatch.setattr(bodies, "channels", {**bodies.channels, **declared})
     return request_for(run, window=(1.0, 3.0))
-
-
-def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
-    load = np.zeros((300, 8, 3))
-    load[..., 2] = 0.6 + 0.3 * np.sin(np.arange(300) / 5)[:, None]
-    load[40, 2, 2] = 50.0  # an impact is clipped
-    request = with_channels(
-        spider_run,
-        monkeypatch,
-        load=(Channel(("frames", "feet", SPACE), "N", ""), load),
-        weight=(Channel((), "N", ""), np.array(7.2)),
-    )
-    figure = draw("footfall", request)
-    curves = figure.axes[0].collections[8:]
-    for foot, curve in enumerate(curves):
-        corners = curve.get_paths()[0].vertices
-        heights = (foot + 0.36 - corners[:, 1]) / 0.72
-        expected = load[30:91, foot, 2].clip(0, 1)
-        assert heights.max() == pytest.approx(expected.max())
-        assert {*heights.round(6)} >= {*expected.round(6)}
-    assert "vertical load: full row 1 N, body weight 7.2 N" in texts(figure)
 
 
 def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):

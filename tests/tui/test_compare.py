@@ -5,15 +5,12 @@ import os
 import shutil
 from contextlib import asynccontextmanager
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
 from waiting import app_until
 
-from gaitsim.evaluation import evaluate
-from gaitsim.evolution import evolve
 from gaitsim.experiment import Evolution, ExperimentOutline, Islands, Worlds
 from gaitsim.storage.compare_runs import (
     ABSENT,
@@ -23,9 +20,7 @@ from gaitsim.storage.compare_runs import (
     fair_axis,
     scoring_warning,
 )
-from gaitsim.storage.creation import create_run
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.compare import Compare
 from gaitsim.tui.widgets.curves import Curves
@@ -79,16 +74,11 @@ class TestDifferences:
 
 
 @pytest.fixture
-def make_run(puppet, tmp_path, monkeypatch):
+def make_run(walk):
     """Return a function that creates a finished run of puppets."""
-    monkeypatch.chdir(tmp_path)
 
     def make(name, *overrides):
-        experiment = puppet(*overrides)
-        path = create_run(experiment, Path("runs") / name)
-        with RunWriter.open(path) as writer:
-            for generation in evolve(experiment, partial(evaluate, experiment)):
-                writer.record(generation)
+        path = walk(name, 5, *overrides)
         fix_seconds(path)
         return path
 

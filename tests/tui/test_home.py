@@ -146,18 +146,6 @@ class TestFollowing:
             assert names(driver) == ["a", "c"]
             assert driver.screen.query_one("#runs").run.name == "c"
 
-    async def test_running_runs_keep_their_places_while_both_change(self, walk, drive):
-        paths = [walk("b"), walk("a"), walk("c")]
-        locks = [RunLock(path) for path in paths[:2]]
-        async with drive() as driver:
-            for turn in range(4):
-                changed = 2e9 + turn
-                os.utime(paths[turn % 2] / "experiment.toml", (changed, changed))
-                await look(driver)
-                assert names(driver) == ["a", "b", "c"]
-        for lock in locks:
-            lock.release()
-
 
 class TestManyRuns:
     async def test_runs_are_listed_while_the_scan_continues_and_keys_work(

@@ -126,19 +126,6 @@ async def test_leaving_and_restarting_ask_about_an_unsaved_drive(here, cart, dri
         assert load("cart-drive").champion.experiment.organism.duration == pytest.approx(7.2)
 
 
-async def test_with_a_folder_for_recordings_nobody_is_asked(here, cart, drive):
-    async with drive() as driver:
-        clock, make = Clock(), partial(create_drive, cart, {})
-        screen = await open_steering(driver, make, clock, record=here / "mine")
-        for _ in range(2):
-            await driver.press("up")
-            for _ in range(4):
-                await fly(driver, screen, clock, 0.9)
-            await driver.press("r")
-            await driver.until(lambda: screen.drive.seconds < 0.1)
-        assert [path.name for path in here.glob("mine*")] == ["mine", "mine-2"]
-
-
 @pytest.mark.slow
 async def test_the_champion_of_a_run_is_steered_from_home_and_a_replay(here, cart, drive):
     for _ in evolve(cart, out="runs/cart"):
