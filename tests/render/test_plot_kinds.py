@@ -16,7 +16,7 @@ from matplotlib.path import Path as MatplotlibPath
 import gaitsim as gs
 from gaitsim.actions.plot import file_stem
 from gaitsim.contracts import Channel, Motion, Skeleton, Subject
-from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
+from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
@@ -570,21 +570,6 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     else:
         with pytest.raises(NothingToPlotError, match="puppet"):
             draw("path", request)
-
-
-def test_a_body_that_is_one_point_has_a_path(puppet_run):
-    assert "start" in texts(draw("path", request_for(puppet_run())))
-
-
-def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monkeypatch):
-    declared = {
-        **puppets.Puppet.channels,
-        "place": Channel(("frames", "trials", ("x", "z")), "m", ""),
-    }
-    monkeypatch.setattr(puppets.Puppet, "channels", declared)
-    with pytest.raises(PluginError, match="'place'") as error:
-        read_signal(flier.individual(), "place")
-    assert error.value.allowed == "(population, frames, trials, [x, z])"
 
 
 @pytest.mark.parametrize(

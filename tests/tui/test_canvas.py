@@ -10,7 +10,6 @@ from textual.app import App
 from waiting import app_until, strips
 
 from gaitsim.contracts import Skeleton
-from gaitsim.errors import GaitsimError
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, sides
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal import body
@@ -224,17 +223,6 @@ class TestPicture:
         clip = Clip(Skeleton(np.zeros((frames, 1, 2, 3)), ("point",), 1.0))
         for name in NAMED:
             assert body.picture(clip, 0.0, Viewpoint().named(name), 20, 8)[0].shape == (8, 20)
-
-    def test_numbers_that_are_not_finite_are_rejected(self):
-        segments = np.zeros((2, 1, 2, 3))
-        segments[1, 0, 0, 0] = np.nan
-        with pytest.raises(GaitsimError, match="not finite"):
-            Clip(Skeleton(segments, ("limb",), 1.0))
-
-    @pytest.mark.parametrize("shape", [(0, 1, 2, 3), (3, 0, 2, 3)])
-    def test_an_empty_skeleton_is_rejected(self, shape):
-        with pytest.raises(GaitsimError, match="nothing to draw"):
-            Clip(Skeleton(np.zeros(shape), ("limb",) * shape[1], 1.0))
 
 
 class TestWidget:

@@ -104,11 +104,6 @@ def text(screen, selector):
     return screen.query_one(selector, Lines).text
 
 
-def footer(screen):
-    """Return the labels in the footer."""
-    return {key.description for key in screen.query("FooterKey")}
-
-
 def problem(screen):
     panel = screen.query_one("#live-problem", Static)
     return str(panel.render()) if panel.display else ""

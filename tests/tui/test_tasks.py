@@ -187,14 +187,11 @@ class TestExports:
     def test_options_become_arguments_and_invalid_ones_are_rejected(self):
         run, forms = Path("runs/a b"), {form.title: form for form in all_forms()}
         for title, texts, words in (
-            ("Gait file for MATLAB", {}, "export 'runs/a b' --format mat"),
             ("Video", {"damage": "L2 lost, R1 femur stuck 20", "world": "friction 0.4"},
              "video 'runs/a b' '--damage=L2 lost' '--damage=R1 femur stuck 20' "
              "'--world=friction 0.4'"),
             ("Servo keyframes", {"clip": "true", "min": "-30", "generation": " 3 "},
              "export 'runs/a b' --format servo --clip --min -30 --generation 3"),
-            ("Arduino sketch", {"calibration": "robot.toml", "speed": "0.5"},
-             "export 'runs/a b' --format arduino --calibration robot.toml --speed 0.5"),
             ("Feetech positions", {"calibration_template": "feetech.toml"},
              "export 'runs/a b' --format feetech "
              "--calibration-template 'runs/a b/exports/feetech.toml'"),
@@ -206,7 +203,6 @@ class TestExports:
              "plot 'runs/a b' --kind archive --axes 'duty factor' yaw"),
             ("Analysis", {"figure": "gait.pdf", "generation": "4"},
              "analyse 'runs/a b' --figure 'runs/a b/exports/gait.pdf' --generation 4"),
-            ("Imitation network", {"video": "true"}, "imitate 'runs/a b' --video"),
             ("Imitation network", {"run": "best gait.mat", "epochs": "9"},
              "imitate 'best gait.mat' --epochs 9"),
             ("Run differences", {"runs": "c 'runs/d e'", "by": "seconds"},

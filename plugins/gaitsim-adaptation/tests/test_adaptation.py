@@ -1,7 +1,6 @@
 """Trial and error: predictions against the textbook and closed forms, and when the trials end."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -138,19 +137,6 @@ def test_trials_end_at_their_maximum_number_and_when_all_gaits_were_tried():
     every = [*Adaptation.unsaved(prior, lambda gait: -1.0, SETTINGS)]
     assert sorted(trial.member for trial in every) == [1, 2, 3, 4, 5]
     assert "all 5" in ending(prior, every, SETTINGS)
-
-
-def test_an_adaptation_has_the_same_trials_in_any_thread():
-    prior = random_prior()
-
-    def measured(gait):
-        return 0.3 * math.sin(gait.genome[0])
-
-    whole = [*Adaptation.unsaved(prior, measured, SETTINGS)]
-    assert len(whole) > 7
-    with ThreadPoolExecutor(4) as pool:
-        others = pool.map(lambda _: [*Adaptation.unsaved(prior, measured, SETTINGS)], range(4))
-        assert all(other == whole for other in others)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, "far", None])

@@ -94,12 +94,6 @@ def test_standing_still_can_be_learnt():
         assert imitator.free_run(expert[0], 30) == pytest.approx(expert, abs=0.02)
 
 
-def test_progress_counts_every_epoch():
-    said = []
-    learn(waves(), TrainingSettings(epochs=module.CHUNK * 2 + 1), said.append)
-    assert said == [module.CHUNK, module.CHUNK, 1]
-
-
 def test_a_diverging_training_is_an_error():
     with pytest.raises(GaitsimError, match="diverged") as error:
         learn(waves(amplitude=3.0), TrainingSettings(learning_rate=10.0))
