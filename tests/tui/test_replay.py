@@ -257,7 +257,7 @@ class TestGenerations:
     def test_a_run_is_reread_only_after_changes(self, walk, monkeypatch):
         run, read, now = walk(), [], [0.0]
         monkeypatch.setattr(
-            "gaitsim.tui.screens.replay_loading.RunSnapshot",
+            "gaitsim.storage.growing.RunSnapshot",
             lambda path: read.append(path) or RunSnapshot(path),
         )
         loader = Loader(run, lambda: now[0])

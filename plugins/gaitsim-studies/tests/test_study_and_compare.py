@@ -45,8 +45,6 @@ def test_a_study_writes_table_surfaces_and_report(gaitsim, tmp_path):
     [
         (["study", "nosuch"], "unknown study 'nosuch'"),
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
-        (["compare", "millipede", "millipede", "--targets", "1,,2"],),
-        (["compare", "millipede", "millipede", "--evaluations", "20"],),
         (
             ["compare", "millipede", "spider", "--evaluations", "400", "--generations", "2"],
             "'evaluations' and 'generations' cannot be combined",
