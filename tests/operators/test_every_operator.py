@@ -183,11 +183,3 @@ def test_crossovers_of_real_numbers_refuse_bits(operator):
     genomes = space.random(4, np.random.default_rng(0))
     with pytest.raises(PluginError, match="genomes of the kind 'bit'"):
         operator().cross(genomes, genomes, space, np.random.default_rng(0))
-
-
-@pytest.mark.parametrize("operator", _parameters("mutation", only=RealSpace))
-def test_mutations_of_real_numbers_refuse_bits(operator):
-    space = BitSpace(_labels(3))
-    genomes = space.random(4, np.random.default_rng(0))
-    with pytest.raises(PluginError, match="genomes of the kind 'bit'"):
-        operator().mutate(genomes, space, np.random.default_rng(0))
