@@ -43,7 +43,7 @@ from gaitsim.individual import (
 from gaitsim.optimiser import Optimiser as Optimiser
 from gaitsim.sharing.challenge import Challenge as Challenge, code_of as code_of
 from gaitsim.sharing.code import dictionary as dictionary
-from gaitsim.steering import Drive as Drive
+from gaitsim.steering import SteeredDrive as SteeredDrive
 from gaitsim.storage.compare_runs import (
     ComparedRun as ComparedRun,
     RunsReader as RunsReader,
@@ -122,7 +122,7 @@ __all__ = [
     "Champion",
     "Choice",
     "ComparedRun",
-    "Drive",
+    "SteeredDrive",
     "Evaluator",
     "Executor",
     "Experiment",

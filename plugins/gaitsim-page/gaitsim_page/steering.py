@@ -9,7 +9,7 @@ from typing import Any
 from gaitsim.plugin import GaitsimError, Genomes, SteeringPage, contract_error, plugin_errors
 from gaitsim.plugin.gait import check_folder
 from gaitsim.plugin.pictures import Clip
-from gaitsim.plugin.runs import Drive, Experiment, write_bytes
+from gaitsim.plugin.runs import Experiment, SteeredDrive, write_bytes
 from gaitsim_page.clips import body_data
 from gaitsim_page.document import asset, document, program_version
 from gaitsim_page.player import themes
@@ -51,7 +51,7 @@ def page(experiment: Experiment, controllers: Mapping[str, Genomes]) -> bytes:
         )
     with plugin_errors(entry, "storing the data of its steering page"):
         json.dumps(own.data, allow_nan=False)
-    drive = Drive(experiment, controllers)
+    drive = SteeredDrive(experiment, controllers)
     drive.advance_to(POSE_SECONDS)
     data: dict[str, Any] = {
         "title": f"Steer the {entry.name}",
