@@ -286,8 +286,6 @@ def test_plots_are_figures_that_notebooks_show(evolved_search: gs.RunningSearch)
     )
     drawn = [len(line.get_xdata()) for line in several.axes[0].lines]  # type: ignore[arg-type]
     assert drawn.count(300) == 2
-    with pytest.raises(gs.GaitsimError, match="no other run repeats"):
-        evolved_search.run.plot("runs", beside=[evolved_search.run.path])
     with pytest.raises(gs.GaitsimError, match="did you mean 'footfall'"):
         evolved_search.run.plot("footfal")
 

@@ -67,38 +67,11 @@ def test_activate_agrees_with_plain_loops(activation, output):
 def test_a_population_computes_the_same_as_each_network_alone(activation):
     genes = drawn(SIZES, population=(6,))
     inputs = np.random.default_rng(1).normal(0, 1, (6, 3, 4))
-    targets = np.random.default_rng(2).normal(0, 1, (6, 2, 4))
-    network = Network.from_genes(SIZES, genes, activation)
-    answers = network.activate(inputs)
-    errors, slopes = network.gradients(inputs, targets)
+    answers = Network.from_genes(SIZES, genes, activation).activate(inputs)
     assert answers.shape == (6, 2, 4)
-    assert errors.shape == (6,)
-    assert slopes.shape == genes.shape
     for n in range(6):
         alone = Network.from_genes(SIZES, genes[n], activation)
-        error, slope = alone.gradients(inputs[n], targets[n])
         assert answers[n] == pytest.approx(alone.activate(inputs[n]), abs=1e-12)
-        assert errors[n] == pytest.approx(error, abs=1e-12)
-        assert slopes[n] == pytest.approx(slope, abs=1e-12)
-
-
-@pytest.mark.parametrize("activation", ACTIVATIONS)
-@pytest.mark.parametrize("output", ACTIVATIONS)
-def test_gradients_are_finite_differences(activation, output):
-    genes = drawn(SIZES, seed=3)
-    inputs = np.random.default_rng(1).normal(0, 1, (3, 6))
-    targets = np.random.default_rng(2).normal(0, 1, (2, 6))
-
-    def error(genes):
-        answers = Network.from_genes(SIZES, genes, activation, output).activate(inputs)
-        return np.mean((answers - targets) ** 2)
-
-    found, slopes = Network.from_genes(SIZES, genes, activation, output).gradients(inputs, targets)
-    assert found == pytest.approx(error(genes), rel=1e-12)
-    steps = 1e-6 * np.eye(len(genes))
-    differences = [(error(genes + step) - error(genes - step)) / 2e-6 for step in steps]
-    assert slopes == pytest.approx(np.array(differences), abs=1e-7)
-    assert np.abs(slopes).max() > 1e-3
 
 
 @given(layer_sizes, st.lists(st.integers(1, 3), max_size=2), seeds)
@@ -134,12 +107,6 @@ def test_activations_do_not_overflow():
         (
             lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros((2, 5))),
             r"inputs .*\(2, 5\).*\(…, 3, samples\)",
-        ),
-        (
-            lambda: Network.from_genes((3, 2), np.zeros(8)).gradients(
-                np.zeros((3, 5)), np.zeros((2, 1))
-            ),
-            r"targets .*\(2, 1\).*\(2, 5\)",
         ),
     ],
 )

@@ -68,7 +68,6 @@ from gaitsim.contracts import (
     Solid as Solid,
     State as State,
     Steered as Steered,
-    SteeringPage as SteeringPage,
     Subject as Subject,
     Terrain as Terrain,
     Window as Window,
@@ -130,7 +129,6 @@ from gaitsim.registry.loading import read_preset as read_preset
 from gaitsim.registry.options import OPERATORS as OPERATORS, PLUGIN as PLUGIN
 from gaitsim.repr_mixin import ReprField as ReprField, ReprMixin as ReprMixin
 from gaitsim.toml import (
-    brief as brief,
     checksum as checksum,
     literal as literal,
     shortened as shortened,

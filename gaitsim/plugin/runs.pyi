@@ -57,19 +57,14 @@ from gaitsim.sharing.challenge import Challenge as Challenge, code_of as code_of
 from gaitsim.sharing.code import dictionary as dictionary
 from gaitsim.steering import Drive as Drive
 from gaitsim.storage.compare_runs import (
-    ComparedRun as ComparedRun,
-    RunsReader as RunsReader,
     differences as differences,
     scoring_warning as scoring_warning,
-    warning as warning,
 )
 from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
 from gaitsim.storage.files.atomic import (
-    draft_folder as draft_folder,
     replacing as replacing,
     sweep as sweep,
-    sync_folder as sync_folder,
     write_bytes as write_bytes,
     writing as writing,
 )
@@ -87,7 +82,6 @@ from gaitsim.storage.files.folder import (
     create_out_folder as create_out_folder,
     create_subfolder as create_subfolder,
     exports_folder as exports_folder,
-    find_run as find_run,
     free_name as free_name,
     holds_run as holds_run,
     list_runs as list_runs,
@@ -98,9 +92,7 @@ from gaitsim.storage.files.history import (
     COLUMNS as COLUMNS,
     FIGURE as FIGURE,
     MEAN as MEAN,
-    SCORES as SCORES,
     figures_of as figures_of,
-    terms_of as terms_of,
 )
 from gaitsim.storage.files.schema import EXACT_KEYS as EXACT_KEYS, first_problem as first_problem
 from gaitsim.storage.files.tables import line as table_line
@@ -129,12 +121,10 @@ __all__ = [
     "IN_CACHE",
     "LARGEST_SCORE",
     "MEAN",
-    "SCORES",
     "WORLD",
     "Challenge",
     "Champion",
     "Choice",
-    "ComparedRun",
     "Drive",
     "Evaluator",
     "Executor",
@@ -151,7 +141,6 @@ __all__ = [
     "Run",
     "RunLock",
     "RunSnapshot",
-    "RunsReader",
     "Typed",
     "Verdict",
     "Verifier",
@@ -173,7 +162,6 @@ __all__ = [
     "create_subfolder",
     "dictionary",
     "differences",
-    "draft_folder",
     "editing",
     "evaluate",
     "evaluate_experiment",
@@ -183,7 +171,6 @@ __all__ = [
     "figures_of",
     "file_results",
     "find_individual",
-    "find_run",
     "first_problem",
     "free_name",
     "holds_run",
@@ -214,14 +201,11 @@ __all__ = [
     "starts_of",
     "stream",
     "sweep",
-    "sync_folder",
     "table_line",
     "tell",
-    "terms_of",
     "unfinished_error",
     "values_of",
     "versions",
-    "warning",
     "with_overrides",
     "write_bytes",
     "writing",

@@ -6,7 +6,7 @@ import pytest
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--kind", "nothing"), "runs, search, stability, terms, all"),
+        (("--kind", "nothing"), "search, stability, terms, all"),
         (("--kind", "fitness", "--generation", 2), "has no option --generation"),
         (("--kind", "terms", "--channel", "a", "--window", "1:2"), "--window and --channel"),
         (("--kind", "joints", "--out", "a.gif"), "unknown extension for plots"),
@@ -36,15 +36,5 @@ def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished,
     assert all((tmp_path / line).exists() for line in done.stdout.splitlines())
     assert "No plot of kind 'channel': 'joints' draws the channel 'joint_angles'" in done.stderr
     assert "No plot of kind 'footfall': organism 'puppet'" in done.stderr
-    for kind in ("stability", "phase", "runs", "search", "front", "parallel", "archive"):
+    for kind in ("stability", "phase", "search", "front", "parallel", "archive"):
         assert f"No plot of kind {kind!r}" in done.stderr
-
-
-def test_repeats_are_found_and_drawn_beside_a_second_run(gaitsim, finished, tmp_path, puppet_file):
-    for seed in (2, 3):
-        gaitsim("run", puppet_file, "--seed", seed)
-    gaitsim("run", puppet_file, "--set", "search.elites=1", "--out", "runs/other")
-    gaitsim("plot", "puppet", "--kind", "runs", "--beside", "other", "--out", "a.svg")
-    drawn = (tmp_path / "a.svg").read_text()
-    assert ">puppet (3 seeds)</text>" in drawn
-    assert ">other</text>" in drawn

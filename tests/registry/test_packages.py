@@ -5,6 +5,9 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
+from gaitsim.registry import entry_points
 from gaitsim.registry.entry_points import own_packages
 
 ROOT = Path(__file__).parents[2]
@@ -113,6 +116,40 @@ def test_a_screen_that_cannot_be_loaded_is_reported(install, tmp_path):
         [sys.executable, "-c", path + code], capture_output=True, text=True, check=False
     )
     assert "screen 'hello' of package fake 1.0 failed" in done.stdout, done.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "package"),
+    [
+        (("run", "hexapod"), "gaitsim-robot"),
+        (("run", "dog.urdf"), "gaitsim-robot"),
+        (("adapt", "puppet"), "gaitsim-adaptation"),
+        (("robots", "list"), "gaitsim-robot"),
+        (("plugins", "check"), "gaitsim-testing"),
+        (("export", "puppet", "--format", "html"), "gaitsim-page"),
+        (("run", "spider", "--set", "fitness.plugin=travel"), "gaitsim-robot"),
+        (("run", "nothing"), ""),
+        (("nothing",), ""),
+    ],
+)
+def test_a_name_of_a_package_that_is_not_installed_says_how_to_install_it(
+    gaitsim, finished, monkeypatch, words, package
+):
+    real = entry_points.entries
+
+    def without_packages(kind):
+        return {
+            name: claims
+            for name, claims in real(kind).items()
+            if not claims[0].package.startswith("gaitsim-")
+        }
+
+    for module in [*sys.modules.values()]:
+        if getattr(module, "entries", None) is real:
+            monkeypatch.setattr(module, "entries", without_packages)
+    said = gaitsim(*words, code=2).stderr
+    assert ("pip install " in said) == bool(package)
+    assert package in said
 
 
 def test_the_catalogue_lists_what_the_packages_provide():
