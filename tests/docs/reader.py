@@ -28,7 +28,7 @@ PAGES = [
 HELP = dict(helps())
 FOUND: dict[Path | str, list[Step]] = {path: list(steps(path.read_text())) for path in PAGES}
 FOUND |= {words: list(examples(text)) for words, text in HELP.items()}
-# The guide of plugins is run in an environment of its own: plugins/gaitsim-testing/tests/test_plugin_guide.py.
+# The guide of plugins is run in an environment of its own: test_plugin_guide.py.
 GUIDE = ROOT / "docs" / "plugins.md"
 FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE}
 
