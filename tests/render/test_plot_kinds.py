@@ -3,7 +3,6 @@
 import html
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib
 import matplotlib.image
@@ -23,8 +22,7 @@ from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.components import limit_constant, lines_of, read_signal
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
-from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
-from gaitsim.render.scene import THEMES as SCENES
+from gaitsim.render.plots.style import DARK, LIGHT, picture, save, styled
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
@@ -136,8 +134,6 @@ def drawn(spider_run, bundled):
         runs = {"phase": "millipede", "front": "spider-front", "parallel": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
-        if kind == "runs":
-            more["beside"] = (str(bundled("millipede").path),)
         if kind == "archive":
             more["axes"] = ("duty factor L1", "duty factor R1")
         return draw(kind, request_for(run, **more))
@@ -270,22 +266,6 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
             draw(kind, Request(puppet_run()))
 
 
-def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
-    for name, theme in THEMES.items():
-        scene = SCENES[name]
-        assert (theme.left, theme.right) == (scene.left, scene.right)
-        assert theme.colours == scene.bodies
-        assert not {theme.left, theme.right} & {*theme.colours}
-        assert theme.foot_colours(["L1", "R2", "near", "far", "left_leg", "tail"]) == [
-            theme.left,
-            theme.right,
-            theme.right,
-            theme.left,
-            theme.left,
-            theme.ink,
-        ]
-
-
 def test_angles_are_in_degrees_small_lengths_in_millimetres_and_the_last_second_has_a_label(
     spider_run,
 ):
@@ -341,33 +321,6 @@ def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_pa
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
     with pytest.raises(NothingToPlotError, match="no common stride"):
         draw("phase", request_for(spider_run))
-
-
-def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
-    def run(name, *overrides):
-        run = puppet_run(*overrides)
-        run.path.rename(name)
-        return RunSnapshot(Path(name))
-
-    one = run("one")
-    bests = [one.history["best"]]
-    for seed in (2, 3):
-        bests.append(run(f"seed-{seed}", f"seed={seed}", "evolution.generations=4").history["best"])
-    run("copy")
-    run("short", "seed=4", "evolution.generations=1")
-    run("other", "seed=5", "search.elites=1")
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "experiment.toml").write_text("[")
-    (axes,) = draw("runs", request_for(one)).axes
-    (line,) = axes.lines
-    so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
-    assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
-    assert np.array_equal(line.get_xdata(), one.history["evaluations"][:4])
-    assert line.get_label() == "one (3 seeds)"
-    (band,) = axes.collections
-    low, high = band.get_datalim(axes.transData).intervaly
-    assert low == pytest.approx(np.quantile(so_far, 0.25, axis=0).min())
-    assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
 def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):

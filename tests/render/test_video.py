@@ -207,22 +207,6 @@ def test_one_generation_is_named_in_file_and_heading(spider_run):
     assert details.startswith("generation 2   score ")
 
 
-def test_wing_beats_are_in_slow_motion(bundled):
-    run = bundled("fly")
-    for rate in (15, 30):
-        video = Video(run, (), RenderSettings(fps=rate, **SMALL))
-        beats = movement_frequency(run.individual().skeleton) * video.scene.seconds
-        assert video.speed < 1
-        assert len(video) / beats >= 7.9
-        assert video.warning == ""
-        assert video.scene.heading[1].endswith(" speed")
-    real = Video(run, (), RenderSettings(speed=1, fps=15, **SMALL))
-    assert real.speed == 1
-    assert "Try speed 0." in real.warning
-    walking = Video(bundled("walker"), (), RenderSettings(**SMALL))
-    assert (walking.speed, walking.warning) == (1, "")
-
-
 @pytest.mark.slow
 def test_the_same_video_is_the_same_file(spider_run, tmp_path):
     for format in ("mp4", "gif"):
