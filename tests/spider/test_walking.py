@@ -196,26 +196,6 @@ def test_two_feet_in_one_place_count_once() -> None:
     assert result["margin"] == pytest.approx(-sides[:, 2].max(), rel=1e-4)
 
 
-def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
-    feet, centre = random_poses(100)
-    for individual in range(100):
-        points = feet[individual, :, :, 0].T.astype(float)
-        balance = centre[individual, :, 0].astype(float)
-        result = walked(np.repeat(points[None], 2, axis=0), np.repeat(balance[None], 2, axis=0))
-        down = points[result["stance"][0]]
-        # Compute the plane's normal from the stance feet, and rotate all points to level it.
-        _, _, axes = np.linalg.svd(down[:3] - down[:3].mean(axis=0))
-        normal = axes[2] * np.sign(axes[2][2])
-        if len(down) > 3 or np.arccos(normal[2]) > 0.5:
-            continue  # more than three feet are not exactly in one plane
-        turn, _ = Rotation.align_vectors([[0, 0, 1]], [normal])
-        flat = turn.apply(down)[:, :2]
-        middle = turn.apply(balance)[:2]
-        edges = ConvexHull(flat).equations
-        expected = -(edges[:, :2] @ middle + edges[:, 2]).max()
-        np.testing.assert_allclose(result["margin"][0], expected, atol=2e-5)
-
-
 def test_feet_are_those_of_an_independent_rigid_body_model() -> None:
     pytest.importorskip("mujoco")
     from rigid_body import feet as independent
