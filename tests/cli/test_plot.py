@@ -38,5 +38,3 @@ def test_kind_all_draws_applicable_kinds_and_names_the_others(gaitsim, finished,
     assert "No plot of kind 'footfall': organism 'puppet'" in done.stderr
     for kind in ("stability", "phase", "search", "front", "parallel", "archive"):
         assert f"No plot of kind {kind!r}" in done.stderr
-
-
