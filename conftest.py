@@ -14,6 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import cache, partial
+from importlib.util import find_spec
 from itertools import count
 from pathlib import Path
 from types import SimpleNamespace
@@ -127,8 +128,26 @@ class Still(Mutation):
 '''
 
 
+PACKAGES = tuple(
+    f"gaitsim_{name}"
+    for name in ("adaptation", "imitation", "page", "robot", "serve", "studies", "testing", "wire")
+)
+ALL = all(map(find_spec, PACKAGES))
+"""Whether all packages are installed; tests of the core that use one are left out otherwise."""
+_USES = re.compile(rf"^(?:from|import) (?:{'|'.join(PACKAGES)})\b", re.MULTILINE)
+
+
+def pytest_ignore_collect(collection_path):
+    """Leave out files that import a package that is not installed."""
+    if not ALL and collection_path.suffix == ".py":
+        return bool(_USES.search(collection_path.read_text("utf-8"))) or None
+    return None
+
+
 def pytest_itemcollected(item):
-    """Mark all but the first case of a sampled test as slow."""
+    """Mark all but the first case of a sampled test as slow, and skip tests of absent packages."""
+    if not ALL and item.get_closest_marker("packages"):
+        item.add_marker(pytest.mark.skip(reason="a package is not installed"))
     if item.get_closest_marker("sampled") and any(item.callspec.indices.values()):
         item.add_marker("slow")
 

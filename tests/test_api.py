@@ -257,6 +257,7 @@ def test_a_run_is_evolved_and_stopped_in_the_background(tmp_path: Path) -> None:
     assert again.run.fingerprint() == run.fingerprint()
 
 
+@pytest.mark.packages
 def test_pictures_show_individuals(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
     run = evolved_search.run
     picture = gs.picture(run.champion, 1.0, size=(160, 90))

@@ -73,6 +73,7 @@ def test_lint_finds_a_function_planted_in_a_search(planted):
     assert "TID251" in found.stdout
 
 
+@pytest.mark.packages
 def test_no_operator_or_draw_decides_a_result():
     files = covered()
     names = {path.relative_to(ROOT).as_posix() for path in files}

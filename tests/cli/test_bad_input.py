@@ -83,6 +83,7 @@ def test_an_invalid_command_line_is_rejected(error_of, arguments, message):
     assert message in error_of(*arguments)
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize(
     ("arguments", "what", "allowed"),
     [

@@ -193,6 +193,7 @@ def test_a_broken_plot_is_named_after_the_other_plots(
     assert {path.stem for path in exports.glob("*.png")} >= {"fitness", "path-generation-5"}
 
 
+@pytest.mark.packages
 def test_an_option_of_a_package_does_not_replace_one_of_the_same_name(gaitsim, finished, install):
     source = PRODUCTS.replace(
         "    def write", "    keyframe_ms: str = option('a', 'word')\n    def write"

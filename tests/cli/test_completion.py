@@ -49,6 +49,7 @@ def test_tags_keys_and_deleted_runs_are_offered(offered, run_folders):
     assert offered("trash", "restore", "") == ["b"]
 
 
+@pytest.mark.packages
 def test_commands_flags_and_choices_are_offered(offered):
     assert offered("pl") == ["plot", "play", "plugins", "playground"]
     assert offered("plugins", "sh") == ["show"]
@@ -57,6 +58,7 @@ def test_commands_flags_and_choices_are_offered(offered):
     assert "--out" in offered("plot", "spider", "--kind", "nonsense", "--o")
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize(
     ("words", "name"),
     [

@@ -12,6 +12,7 @@ def table(path):
     return [line.split(",") for line in path.read_text().splitlines()]
 
 
+@pytest.mark.packages
 def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "servo", "--out", "x.csv")
     limits = ("--min", -1, "--max", 1)
@@ -24,6 +25,7 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
     assert all(-1 <= float(cell) <= 1 for row in table(tmp_path / "x.csv")[1:] for cell in row[1:])
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
@@ -53,6 +55,7 @@ def test_a_wrong_extension_is_rejected(gaitsim, finished, tmp_path, name):
     assert (tmp_path / name).read_bytes().startswith(b"PK")
 
 
+@pytest.mark.packages
 def test_a_filled_in_calibration_template_gives_a_sketch(gaitsim, finished, tmp_path):
     arguments = ("export", "puppet", "--format", "arduino")
     said = gaitsim(*arguments, "--clip").stderr

@@ -78,6 +78,7 @@ def test_a_name_of_gaitsim_itself_is_refused(install, gaitsim, wide):
     assert "hopped" not in gaitsim("runs").stdout
 
 
+@pytest.mark.packages
 def test_a_name_that_two_packages_register_is_refused(install, gaitsim, wide):
     install("one", SOURCE, {"command": {"hop": "hop", "gallery": "hop"}})
     install("two", SOURCE, {"command": {"hop": "hop"}})

@@ -32,6 +32,7 @@ def walk(gaitsim, puppet_file):
     return "walk"
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize(
     ("command", "unit", "total", "files"),
     [

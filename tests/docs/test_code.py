@@ -84,6 +84,7 @@ def test_blocks_are_found() -> None:
     assert list(blocks(page)) == [Block("a\n", 2, "1\n"), Block("d\n", 21, "")]
 
 
+@pytest.mark.packages
 def test_the_tests_of_the_security_promises_exist() -> None:
     named = re.findall(r"`(tests/\S+?\.py)`", (ROOT / "SECURITY.md").read_text())
     assert len(named) > 10

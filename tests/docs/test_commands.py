@@ -24,6 +24,7 @@ def test_steps_are_found() -> None:
     assert all(sum(len(FOUND.get(path, ())) for path in paths) > 90 for paths in (PAGES, HELP))
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize("path", FOUND, ids=lambda path: Path(path).name)
 def test_the_commands_of_a_page_parse(path: Path | str) -> None:
     for step in FOUND[path]:

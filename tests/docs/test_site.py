@@ -30,6 +30,7 @@ def module(name: str, monkeypatch: pytest.MonkeyPatch) -> ModuleType:
     return made
 
 
+@pytest.mark.packages
 def test_every_page_is_in_the_navigation(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     build = module("build", monkeypatch)
     monkeypatch.setattr(build, "STAGE", tmp_path / "docs")
@@ -38,6 +39,7 @@ def test_every_page_is_in_the_navigation(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert sorted(listed) == sorted(page.name for page in (tmp_path / "docs").glob("*.md"))
 
 
+@pytest.mark.packages
 def test_links_to_files_outside_docs_lead_to_pages(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
@@ -117,6 +119,7 @@ def test_everything_has_a_line_with_a_link(monkeypatch: pytest.MonkeyPatch) -> N
         assert known or anchor in documented or (ROOT / "docs" / file).exists(), target
 
 
+@pytest.mark.packages
 def test_all_pictures_are_used_and_small() -> None:
     pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
     shown = {

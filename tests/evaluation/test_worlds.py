@@ -49,6 +49,7 @@ def test_worlds_fill_their_ranges_and_differ_from_unseen_ones():
     assert not {*friction} & {one["friction"] for one in draw_unseen_worlds(experiment, 20)}
 
 
+@pytest.mark.packages
 def test_worlds_without_ranges_leave_out_conditions_that_must_be_named():
     robot = with_overrides(load_experiment("hexapod"), {"worlds.number": 2, "worlds.cases": []})
     drawn = {*draw_worlds(robot, 1)[0]}

@@ -86,6 +86,7 @@ def test_without_start_points_a_search_begins_at_random(search):
     assert (genomes != start).any(axis=1).all()
 
 
+@pytest.mark.packages
 def test_several_start_points_come_first():
     experiment = load_experiment("hexapod", {"organism.symmetry": "none"})
     starts = np.array([*experiment.starts().values()])

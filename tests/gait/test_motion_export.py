@@ -31,6 +31,7 @@ def individual(preset):
     return gs.Individual(experiment, 1.5, {}, 7, genome)
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize("preset", SHORT)
 def test_pandas_reads_the_motion_of_every_body(preset, tmp_path):
     pandas = pytest.importorskip("pandas")

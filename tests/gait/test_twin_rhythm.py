@@ -56,6 +56,7 @@ def individual(angles):
     return Individual(experiment, 0.0, {}, 1, genome, played=motion)
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize(
     ("wave", "problem"),
     [

@@ -20,6 +20,7 @@ SIDES = [("L1", "L2"), ("R1", "R2")]
 LEGS = [name for side in SIDES for name in side]
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize("physics", [False, True], ids=["spider", "twin"])
 @pytest.mark.parametrize("gait", ["alternating-tripod", "alternating-tetrapod", "wave", "standing"])
 def test_stride_and_phase_lag_match_the_analysis(gait, physics):
@@ -171,6 +172,7 @@ def test_the_stance_of_a_stride_is_the_interval_with_the_most_usual_contact():
             assert np.count_nonzero(np.diff(np.pad(chosen, 1))) in (0, 2)
 
 
+@pytest.mark.packages
 @pytest.mark.parametrize("encoding", ["steps", "sine", "cpg"])
 def test_the_frequency_of_joint_angles_is_that_of_their_genome(encoding):
     organism = load_experiment("hexapod", {"organism.encoding": encoding}).organism

@@ -243,10 +243,7 @@ def test_two_feet_in_one_place_count_once() -> None:
 
 
 def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
-    angles = np.random.default_rng(0).uniform(-0.35, 0.35, (100, 24, 2)).astype(np.float32)
-    angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
-    feet, centre = np.empty((100, 3, 8, 2), np.float32), np.empty((100, 3, 2), np.float32)
-    place_feet(angles, damaged_anatomy(()).legs, feet, centre)
+    feet, centre = random_poses(100)
     for individual in range(100):
         points = feet[individual, :, :, 0].T.astype(float)
         balance = centre[individual, :, 0].astype(float)

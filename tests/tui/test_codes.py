@@ -48,6 +48,7 @@ async def test_a_pasted_code_is_verified(walk, drive):
             await driver.press("escape")
 
 
+@pytest.mark.packages
 async def test_home_writes_a_gallery(walk, drive, monkeypatch):
     walk()
     async with drive() as driver:

@@ -218,6 +218,7 @@ class TestScreen:
             await app_until(pilot, same)
 
 
+@pytest.mark.packages
 def test_looks(two, snap_compare):
     async def show(pilot):
         pilot.app.screen.show_screen("compare.Compare", two)

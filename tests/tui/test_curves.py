@@ -263,6 +263,15 @@ class TestExploring:
             await pilot.press("minus")
             assert not shown.view.zoomed
 
+    async def test_0_also_shows_single_points_far_below_the_others(self):
+        async with show() as (shown, pilot):
+            await self.fill(shown, pilot, np.concatenate([[-1e6], np.linspace(1, 2, 99)]))
+            assert shown.query_one(CurvePlot).frame.below
+            await pilot.press("0")
+            assert shown.query_one(CurvePlot).frame.y == Scale(-1e6, 2)
+            await pilot.press("0")
+            assert shown.query_one(CurvePlot).frame.below
+
     async def test_smoothing_shows_medians_and_labels_them(self):
         async with show() as (shown, pilot):
             await self.fill(shown, pilot, np.where(np.arange(100) % 7, 1.0, 50.0))

@@ -8,6 +8,7 @@ from threading import Event
 import pytest
 from rich.cells import cell_len
 from textual.widgets import Input, Static
+from textual.widgets._footer import FooterKey
 
 from gaitsim.live.process import background_state, start_detached
 from gaitsim.render.terminal.text import ago, duration, number
@@ -447,6 +448,14 @@ class TestMouse:
             assert table.cursor_row == 0
             await driver.pilot.click("#runs", offset=(30, 1))
             await driver.at("Live")
+
+    async def test_a_click_on_the_footer_acts(self, walk, drive):
+        walk()
+        async with drive() as driver:
+            await driver.until(lambda: driver.screen.query(FooterKey))
+            keys = {one.description: one for one in driver.screen.query(FooterKey)}
+            await driver.pilot.click(keys.get("Help") or keys["More"])
+            await driver.at("Help")
 
 
 class TestNavigation:

@@ -411,6 +411,7 @@ async def test_all_islands_and_terms_are_visible(make, number):
         assert table.region.bottom <= panel.region.bottom
 
 
+@pytest.mark.packages
 def test_looks(make, snap_compare):
     run = make(12, "evolution.fitness_threshold=0", "fitness.price=0.3")
 

@@ -110,10 +110,12 @@ async def nothing(pilot):
     pass
 
 
+@pytest.mark.packages
 def test_home(look):
     assert look(LARGE, nothing)
 
 
+@pytest.mark.packages
 def test_new(look, only_puppets, puppet_file):
     async def go(pilot):
         screen = New("./puppet.toml")
@@ -129,6 +131,7 @@ def test_new(look, only_puppets, puppet_file):
     assert look(LARGE, go)
 
 
+@pytest.mark.packages
 def test_plugins(look, only_puppets):
     async def go(pilot):
         screen = Plugins()
@@ -157,6 +160,7 @@ def test_export(look, monkeypatch):
     assert look(SMALL, go)
 
 
+@pytest.mark.packages
 def test_help(look):
     async def go(pilot):
         await pilot.app.push_screen(Help(pilot.app.screen))

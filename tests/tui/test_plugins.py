@@ -126,6 +126,7 @@ async def test_broken_plugins_are_marked_with_the_reason(look, install):
         assert "two 1.0" in text
 
 
+@pytest.mark.packages
 async def test_a_check_runs_in_the_background(look, monkeypatch):
     async with look() as driver:
         started = []

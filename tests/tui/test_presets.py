@@ -99,6 +99,7 @@ def folder(tmp_path):
     return tmp_path
 
 
+@pytest.mark.packages
 def test_a_folder_lists_folders_then_files_by_name(folder):
     names = [one.name for one in list_folder(folder)]
     assert names == [

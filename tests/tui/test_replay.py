@@ -345,6 +345,7 @@ class TestProblems:
             assert "gaitsim resume" in words(screen.pane.canvas)
 
 
+@pytest.mark.packages
 def test_looks(walk, snap_compare):
     run = walk()
 

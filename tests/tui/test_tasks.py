@@ -184,6 +184,7 @@ def highlight(dialog, words):
 
 
 class TestExports:
+    @pytest.mark.packages
     def test_options_become_arguments_and_invalid_ones_are_rejected(self):
         run, forms = Path("runs/a b"), {form.title: form for form in all_forms()}
         for title, texts, words in (
@@ -221,6 +222,7 @@ class TestExports:
             assert arguments == ()
             assert problems.keys() == {name}
 
+    @pytest.mark.packages
     @pytest.mark.parametrize("angles", [True, False])
     def test_unsupported_products_are_found_by_the_checks_of_the_commands(
         self, angles, walk, puppets, gaitsim, monkeypatch

@@ -103,7 +103,8 @@ class Loader:
     def _snapshot(self, generation: int) -> RunSnapshot:
         """Return the run as last read, or re-read it if it has changed."""
         known, now = self._run, self._clock()
-        if known is None or generation > known.generation or now - self._read >= PATIENCE:
+        recent = now - self._read < PATIENCE and self._path.exists()
+        if known is None or generation > known.generation or not recent:
             known = self._run = self._follower.poll() or known
             self._read = now
         assert known is not None  # the first poll reads the run
