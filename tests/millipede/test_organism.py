@@ -36,13 +36,8 @@ def walking(left=20, right=20, **options):
     "options",
     [
         {"pairs": 0},
-        {"pairs": 1001},
         {"leg_length": 0},
-        {"leg_spacing": -1},
-        {"spine": 0},
-        {"codec": "gray"},
         {"pairs": 3, "leg_spacing": 0.1, "spine": 0.19},
-        {"pairs": 5, "spine": 0.1},
     ],
     ids=str,
 )

@@ -24,12 +24,10 @@ from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
 from gaitsim.render.plots.style import DARK, LIGHT, picture, save, styled
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim_adaptation.atlas import load_atlas
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
-from gaitsim_plots.phase import stride_of
 
 SPACE = ("x", "y", "z")
 
@@ -227,19 +225,6 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
         draw("archive", Request(run, axes=("reach", "speed")))
 
 
-def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
-    axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
-    small = {"evolution.generations": 1, "evolution.population": 10}
-    atlas = load_atlas("spider-genetic", axes=dict.fromkeys(axes), cells=20, set=small)
-    for _ in gs.evolve(atlas, out=tmp_path / "run"):
-        pass
-    *panels, _ = draw("archive", Request(RunSnapshot(tmp_path / "run"))).axes
-    assert len(panels) == 10
-    for which in ("x", "y"):
-        shown = [getattr(one, f"get_{which}label")() for one in panels]
-        assert [name for name in shown if name] == (axes[:-1] if which == "x" else axes[1:])
-
-
 def test_an_archive_with_one_axis_is_a_step_line(puppet_run):
     axes = "{ reach = [-3, 3] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=[6]")
@@ -317,19 +302,6 @@ def test_a_line_at_zero_is_inside_its_panel_and_counts_are_whole(bundled, flier)
 
 
 @pytest.mark.slow
-def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
-    axes = draw("genome", request_for(spider_run)).axes[0]
-    space = spider_run.experiment.space()
-    (image,) = axes.images
-    genomes = np.stack([spider_run.best_genome(number) for number in (1, 2, 3)])
-    assert np.allclose(image.get_array(), ((genomes - space.lower) / space.width).T)
-    assert [label.get_text() for label in axes.get_yticklabels()] == [*space.labels]
-    bits = bundled("millipede")
-    (image,) = draw("genome", request_for(bits)).axes[0].images
-    assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
-
-
-@pytest.mark.slow
 def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_path):
     small = {"evolution.generations": 3, "evolution.population": 4, "organism.duration": 0.3}
     for _ in gs.evolve(load_experiment("fly", small), out=tmp_path / "run"):
@@ -344,17 +316,6 @@ def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_pa
     drawn = spread[[space.labels.index(name) for name in names]]
     assert drawn.min() >= np.sort(spread)[-MAX_GENES]
     assert f"the {MAX_GENES} of {space.genes} genes" in axes.get_title(loc="left")
-
-
-@pytest.mark.slow
-def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
-    request = request_for(bundled("millipede"))
-    clock = draw("phase", request).axes[0]
-    _, found, _ = stride_of(request.individual)
-    arcs = [(arc.get_x(), arc.get_width()) for arc in clock.patches]
-    stepping = np.flatnonzero(np.isfinite(found.phases))
-    duty = [found.feet[foot].duty_factor for foot in stepping]
-    assert np.allclose(arcs, 2 * np.pi * np.stack([found.phases[stepping], duty], axis=1))
 
 
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
@@ -402,27 +363,6 @@ def with_channels(run, monkeypatch, **channels):
     declared = {name: channel for name, (channel, _) in channels.items()}
     monkeypatch.setattr(bodies, "channels", {**bodies.channels, **declared})
     return request_for(run, window=(1.0, 3.0))
-
-
-def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
-    load = np.zeros((300, 8, 3))
-    load[..., 2] = 0.6 + 0.3 * np.sin(np.arange(300) / 5)[:, None]
-    load[40, 2, 2] = 50.0  # an impact is clipped
-    request = with_channels(
-        spider_run,
-        monkeypatch,
-        load=(Channel(("frames", "feet", SPACE), "N", ""), load),
-        weight=(Channel((), "N", ""), np.array(7.2)),
-    )
-    figure = draw("footfall", request)
-    curves = figure.axes[0].collections[8:]
-    for foot, curve in enumerate(curves):
-        corners = curve.get_paths()[0].vertices
-        heights = (foot + 0.36 - corners[:, 1]) / 0.72
-        expected = load[30:91, foot, 2].clip(0, 1)
-        assert heights.max() == pytest.approx(expected.max())
-        assert {*heights.round(6)} >= {*expected.round(6)}
-    assert "vertical load: full row 1 N, body weight 7.2 N" in texts(figure)
 
 
 def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
@@ -485,13 +425,10 @@ def test_joints_are_grouped_by_leg_if_names_begin_with_the_leg(names, legs):
     ("names", "joints"),
     [
         ("FL_hip_joint FL_calf_joint FR_hip_joint FR_calf_joint", ["hip joint", "calf joint"]),
-        ("LF_HAA LF_KFE RF_HAA RF_KFE", ["HAA", "KFE"]),
         ("hip_joint_front_left knee_joint_front_left hip_joint_rear_right knee_joint_rear_right",
          ["hip joint", "knee joint"]),
-        ("hip_1 ankle_1 hip_2 ankle_2", ["hip", "ankle"]),
         # Not ordered by leg, without the name of a leg, or different on each side.
         ("L_hip R_hip L_knee R_knee", None),
-        ("joint1 joint2 joint3 joint4", None),
         ("L_hip L_knee R_hip R_ankle", None),
     ],
 )  # fmt: skip
@@ -505,17 +442,6 @@ def test_joints_with_other_names_are_grouped_by_foot(names, joints):
             "L1": dict(zip(joints, (0, 1), strict=True)),
             "R1": dict(zip(joints, (2, 3), strict=True)),
         }
-
-
-def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
-    import gaitsim.gait as module
-
-    margin = np.full(300, 0.01)
-    margin[30:60], margin[60:75] = -0.005, -np.inf
-    monkeypatch.setattr(module, "margin_of", lambda shown: margin)
-    written = texts(draw("stability", request_for(spider_run)))
-    assert "least: −5.0 mm" in written
-    assert "unsupported: 15% of the time" in written
 
 
 def test_commands_changes_of_reflexes_and_yaw_are_drawn_in_degrees():
@@ -585,18 +511,6 @@ def test_drawn_bodies_neither_overlap_nor_hide_a_path_that_returns(flier, radius
     assert said == (bodies == 0)
 
 
-def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
-    shown = flier.individual()
-    centre = np.linspace([0, 0, 0], [0, 0, 100.0], 20)
-    ends = centre[:, None, None] + np.array([[[0.5, 0, 0], [-0.5, 0, 0]]])
-    skeleton = Skeleton(ends, ("body",), 4.0, centre=centre)
-    object.__setattr__(shown, "skeleton", skeleton)
-    scene = scene_of(skeleton, slice(0, 20))
-    assert scene.factor == 10
-    assert np.ptp(scene.bodies[0, 0, :, 0]) == pytest.approx(10)
-    assert any("body × 10" in text for text in texts(draw("path", Request(flier, (shown,)))))
-
-
 @pytest.mark.parametrize("broken", ["all", "some"])
 def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     shown = flier.individual()
@@ -629,18 +543,6 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
         assert np.array_equal(line.values, channel.values[:, trial - 1, axis])
 
 
-def test_generations_are_lines_of_one_panel(spider_run):
-    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "z"))
-    (axes,) = draw("channel", request).axes
-    first, last = lines(axes)
-    assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
-    assert np.array_equal(
-        first.get_ydata(), 1000 * request.individuals[0].motion["feet"][0, :, 0, 2].astype(float)
-    )
-    assert axes.get_ylabel() == "feet L1 z (mm)"
-    assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())
-
-
 def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, puppets, monkeypatch):
     real = puppets.Puppet.move
 
@@ -655,21 +557,6 @@ def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, pupp
     assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
 
 
-def test_truth_values_are_bars(flier, spider_run):
-    figure = draw("channel", request_for(flier, channel="landed"))
-    assert figure.axes[0].get_ylabel() == "landed"
-    axes = draw("channel", request_for(spider_run, channel="stance")).axes[0]
-    assert len(axes.collections) == 8
-
-
-def test_the_error_for_an_unknown_channel_lists_the_known_ones(spider_run):
-    with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
-        draw("channel", request_for(spider_run, channel="margins"))
-    assert error.value.remedy == "did you mean 'margin'?"
-    for name, description in spider_run.experiment.organism.channels.items():
-        assert f"{name}: {description}" in error.value.allowed
-
-
 def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
@@ -682,13 +569,6 @@ def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     with pytest.raises(GaitsimError, match="one value per gait") as error:
         draw("channel", request_for(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
-
-
-@pytest.mark.parametrize("kind", ["footfall", "stability"])
-def test_the_error_for_a_body_without_feet_names_the_requirement(flier, kind):
-    with pytest.raises(NothingToPlotError, match="puppet") as error:
-        draw(kind, request_for(flier))
-    assert "contacts" in error.value.allowed
 
 
 @pytest.mark.parametrize(
@@ -706,10 +586,3 @@ def test_a_window_without_motion_is_rejected():
         assert "0 to 9.967 s" in error.value.allowed
     with pytest.raises(NothingToPlotError, match="only one frame"):
         window_slice(1, 30.0, None)
-
-
-def test_file_names_describe_the_plot(spider_run):
-    assert stem("fitness", request_for(spider_run)) == "fitness"
-    assert stem("path", request_for(spider_run, 2)) == "path-generation-2"
-    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
-    assert stem("channel", request) == "channel-feet-L1----z-generation-1-3"

@@ -221,14 +221,10 @@ def test_the_same_video_is_the_same_file(spider_run, tmp_path):
     [
         ({"format": "avi"}, "format 'avi'"),
         ({"view": "sides"}, "view 'sides'"),
-        ({"theme": "drak"}, "theme 'drak'"),
         ({"size": (641, 480)}, "H.264 requires even numbers"),
-        ({"size": (0, 0)}, "invalid size of a video"),
-        ({"fps": -30.0}, "frames per second"),
         ({"fps": float("nan")}, "nan frames per second"),
         ({"format": "gif", "fps": 60.0}, "frames per second"),
         ({"speed": 0.0}, "invalid speed: 0"),
-        ({"speed": 1e9}, r"invalid speed: 1e\+09"),
     ],
 )
 def test_invalid_settings_are_rejected(settings, message):
@@ -248,13 +244,7 @@ def test_too_many_bodies_are_rejected(spider_run):
     ("skeleton", "message"),
     [
         (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "cannot be drawn"),
-        (lambda *_: Skeleton(np.zeros((0, 1, 2, 3)), ("a",), 1.0), "cannot be drawn"),
-        (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "cannot be drawn"),
         (lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), 0.0), "frame rate of the body is 0.0"),
-        (
-            lambda *_: Skeleton(np.zeros((2, 1, 2, 3)), ("a",), np.inf),
-            "frame rate of the body is inf",
-        ),
         (lambda *_: None, "returned a NoneType"),
         (lambda *_: 1 / 0, "drawing the champion: ZeroDivisionError"),
     ],
