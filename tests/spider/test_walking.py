@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 from gaitsim.contracts import Motion
 from gaitsim.legged import downward
 from gaitsim_spider import body
+from gaitsim_spider.damage import damaged_anatomy
 from gaitsim_spider.intervals import BLOCK
-from gaitsim_spider.kinematics import leg_points
+from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
 from gaitsim_spider.walking import travel
 
@@ -194,6 +195,14 @@ def test_two_feet_in_one_place_count_once() -> None:
     assert result["stance"].all()
     sides = ConvexHull(FEET[[0, 2, 3, 4, 5, 6, 7], :2]).equations
     assert result["margin"] == pytest.approx(-sides[:, 2].max(), rel=1e-4)
+
+
+def random_poses(count: int) -> tuple[np.ndarray, np.ndarray]:
+    angles = np.random.default_rng(0).uniform(-0.35, 0.35, (count, 24, 2)).astype(np.float32)
+    angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
+    feet, centre = np.empty((count, 3, 8, 2), np.float32), np.empty((count, 3, 2), np.float32)
+    place_feet(angles, damaged_anatomy(()).legs, feet, centre)
+    return feet, centre
 
 
 def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
