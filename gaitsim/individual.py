@@ -38,28 +38,11 @@ class Member:
         return f"member {self.number}"
 
 
-@dataclass(frozen=True)
-class Near:
-    """The best member of a front or archive near given values, by axis.
-
-    The distance of a member from the values is the largest of its distances along the axes, each
-    as a share of the axis. All members within `NEAR_TOLERANCE` of the smallest distance count as
-    near; the one with the highest score is chosen.
-    """
-
-    values: Mapping[str, float]
-
-    def __str__(self) -> str:
-        return ", ".join(f"{name}={value:g}" for name, value in self.values.items())
-
-
-NEAR_TOLERANCE = 0.05  # share of an axis
-
 Which = int | Member | None
 """An individual of a run: the best of a generation, a member, or the best of the run."""
 
-Choice = Which | Near
-"""An individual of a run, as chosen by a user."""
+Choice = Which | Mapping[str, float]
+"""An individual of a run, as chosen by a user: also the best member near values, by axis."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)

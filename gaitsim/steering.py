@@ -193,17 +193,17 @@ def made_by_hand(experiment: Experiment) -> Genomes | None:
         return next(iter(experiment.organism.starts().values()), None)
 
 
-def preset_drive(name: str) -> "Drive":
+def preset_drive(name: str) -> "SteeredDrive":
     """Return the body of a preset at its start, with the controllers of its package."""
     return create_drive(load_experiment(name), {})
 
 
-def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "Drive":
+def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "SteeredDrive":
     """Return an experiment's body at its start, with the controllers from `controllers_of`."""
-    return Drive(experiment, controllers_of(experiment, replaced))
+    return SteeredDrive(experiment, controllers_of(experiment, replaced))
 
 
-def individual_drive(reference: str, overrides: Overrides | None = None) -> "Drive":
+def individual_drive(reference: str, overrides: Overrides | None = None) -> "SteeredDrive":
     """Return the body of a saved individual at its start, which the individual controls.
 
     Args:
@@ -212,7 +212,7 @@ def individual_drive(reference: str, overrides: Overrides | None = None) -> "Dri
     """
     saved = find_individual(reference)
     load = partial(parse_experiment, saved.experiment, reference)
-    return Drive(*individual_subject(load, saved.genome, reference, overrides))
+    return SteeredDrive(*individual_subject(load, saved.genome, reference, overrides))
 
 
 def individual_subject(
@@ -221,7 +221,7 @@ def individual_subject(
     reference: str,
     overrides: Overrides | None = None,
 ) -> tuple[Experiment, dict[str, Genomes], str]:
-    """Return the arguments of a `Drive` that an individual controls.
+    """Return the arguments of a `SteeredDrive` that an individual controls.
 
     If the body has no commands, its twin in physics plays the individual's gait as a rhythm.
 
@@ -294,7 +294,7 @@ def _entries(drive: Sequence[Mapping[str, float]]) -> list[dict[str, float]]:
         ) from None
 
 
-class Drive:
+class SteeredDrive:
     """A steered body, simulated from its start until it crashes.
 
     Args:
@@ -541,7 +541,7 @@ def save_drive(
     seconds: float,
     out: Path | None = None,
 ) -> Path:
-    """Save a drive as a run of one generation; see `Drive.save`.
+    """Save a drive as a run of one generation; see `SteeredDrive.save`.
 
     Both individuals of the generation are the driven one, as a generation has at least two.
 

@@ -5,7 +5,9 @@ import json
 import re
 from collections import deque
 from collections.abc import Iterator, Mapping
+from copy import deepcopy
 from datetime import date, datetime, time
+from functools import lru_cache
 from typing import Any
 
 import tomli
@@ -32,39 +34,49 @@ _DOTTED = re.compile(rf"(?<![\w-])(?:[\w-]++[ \t]*+\.[ \t]*+){{{DEEPEST}}}")
 
 
 def parse(text: str, source: str) -> dict[str, Any]:
-    """Return the values of a TOML text.
+    """Return the values of a TOML text, which is parsed once if a command reads it repeatedly.
 
     Args:
         text: text to parse.
         source: origin of the text, for messages.
     """
+    try:
+        return deepcopy(_parse(text))
+    except GaitsimError as error:
+        error.where = f"{source}{error.where}"
+        raise
+
+
+@lru_cache(maxsize=8)
+def _parse(text: str) -> dict[str, Any]:
+    """Return the values of a text; errors lack its origin."""
     # The running time of tomli is quadratic in the parts of a dotted key.
     if _DOTTED.search(_QUOTED.sub("x", text)):
-        raise _too_deep(source, "")
+        raise _too_deep("")
     try:
         data = tomli.loads(text)
     except tomli.TOMLDecodeError as error:  # unlike tomllib's, it has line and column numbers
         raise GaitsimError(
             f"not valid TOML: {error.msg}",
-            where=f"{source}, line {error.lineno}, column {error.colno}",
+            where=f", line {error.lineno}, column {error.colno}",
             allowed='each key and section once, strings in quotes such as "sine", numbers such '
             "as 0.1",
         ) from None
     except RecursionError:
-        raise _too_deep(source, "") from None
+        raise _too_deep("") from None
     except ValueError:  # raised by int() for thousands of digits
         raise GaitsimError(
-            "not valid TOML: a whole number is too long", where=source, allowed=_INTEGERS
+            "not valid TOML: a whole number is too long", allowed=_INTEGERS
         ) from None
     for number, (key, value, depth) in enumerate(_walk(data)):
         if number >= MOST_VALUES:
-            raise GaitsimError("too many values", where=source, allowed=f"at most {MOST_VALUES:,}")
+            raise GaitsimError("too many values", allowed=f"at most {MOST_VALUES:,}")
         if depth > DEEPEST:
-            raise _too_deep(source, f", key {key[:40]}")
+            raise _too_deep(f", key {key[:40]}")
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
             raise GaitsimError(
                 "not valid TOML: a whole number is too long",
-                where=f"{source}, key {key}",
+                where=f", key {key}",
                 allowed=_INTEGERS,
             )
     return data
@@ -73,10 +85,10 @@ def parse(text: str, source: str) -> dict[str, Any]:
 _INTEGERS = "whole numbers from −2^63 to 2^63 − 1"
 
 
-def _too_deep(source: str, key: str) -> GaitsimError:
+def _too_deep(key: str) -> GaitsimError:
     return GaitsimError(
         "tables or lists are nested too deeply",
-        where=f"{source}{key}",
+        where=key,
         allowed=f"at most {DEEPEST} levels",
     )
 

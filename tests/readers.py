@@ -82,7 +82,7 @@ from gaitsim_studies.file import cells, parse_study, read_study
 from gaitsim_studies.results import sections, write_results
 from gaitsim_studies.running import CELLS, read_result, run_cells
 from gaitsim_wire.identification import read_recording
-from gaitsim_wire.trials import _LOG, Log, Trial as RobotTrial, read_log
+from gaitsim_wire.trials import _LOG, Log, RobotTrial, read_log
 
 FIXTURES = Path(__file__).parent / "fixtures"
 
@@ -676,7 +676,7 @@ SNAPSHOT = {
     "generation": 5,
     "generations": 9,
     "rows": {"generation": [4, 5], "best": [1.5, 2.5]},
-    "top": [{"score": 1.5, "terms": {"reach": 1.5}}],
+    "top": [{"generation": 5, "score": 1.5, "terms": {"reach": 1.5}}],
     "champion": {"generation": 4, "score": 1.5, "genome": [0.1, 1e-300]},
     "events": [{"generation": 4, "kind": "best", "text": "1.5"}],
     "error": GaitsimError("x", where="y").to_dict(),

@@ -13,7 +13,7 @@ from gaitsim.errors import ContractError, GaitsimError
 from gaitsim.experiment import with_overrides
 from gaitsim.individual import Individual
 from gaitsim.steering import (
-    Drive,
+    SteeredDrive,
     controllers_of,
     create_drive,
     individual_controllers,
@@ -44,7 +44,7 @@ def test_controllers_come_with_the_body_or_from_runs(kite, puppet_run):
 
 
 def test_a_flight_follows_the_clock_frame_by_frame_and_the_commands(kite):
-    drive = Drive(kite, controllers_of(kite, {}))
+    drive = SteeredDrive(kite, controllers_of(kite, {}))
     assert drive.command is COMMANDS[0]
     drive.give("rise")
     for seconds in (0.104, 0.2, 0.2, 0.55):
@@ -58,7 +58,7 @@ def test_a_flight_follows_the_clock_frame_by_frame_and_the_commands(kite):
 
 
 def test_the_ground_and_failures_end_a_flight_and_restart_starts_a_new_one(kite):
-    drive = Drive(kite, controllers_of(kite, {}))
+    drive = SteeredDrive(kite, controllers_of(kite, {}))
     drive.give("sink")
     for seconds in range(4):
         drive.advance_to(seconds)
@@ -85,7 +85,7 @@ def test_commands_and_bodies_of_other_types_are_reported(
 ):
     monkeypatch.setattr(puppets.Puppet, method, lambda self, *_: given)
     with pytest.raises(ContractError, match=says):
-        Drive(kite, CONTROLLERS)
+        SteeredDrive(kite, CONTROLLERS)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +99,7 @@ def test_a_body_that_breaks_its_contract_is_reported_with_its_package(
     kite, monkeypatch, height, shares, says
 ):
     given = Motion(100.0, {"height": height, "shares": shares})
-    drive = Drive(kite, controllers_of(kite, {}))
+    drive = SteeredDrive(kite, controllers_of(kite, {}))
     monkeypatch.setattr(drive._steered, "advance", lambda frames: given)
     with pytest.raises(ContractError, match=says):
         drive.advance_to(0.51)

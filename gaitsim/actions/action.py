@@ -11,7 +11,7 @@ from gaitsim.contracts.product import Input, Names
 from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Choice, Individual, Member, Near
+    from gaitsim.individual import Choice, Individual, Member
     from gaitsim.storage.snapshot import RunSnapshot
 
 
@@ -263,7 +263,7 @@ def not_combinable(first: str, second: str, allowed: str = "one of the two") -> 
     )
 
 
-def parse_member(text: str) -> "Member | Near":
+def parse_member(text: str) -> "Member | dict[str, float]":
     """Return the member of `--member`: a number, or values that it is near.
 
     Raises:
@@ -271,7 +271,7 @@ def parse_member(text: str) -> "Member | Near":
     """
     import math
 
-    from gaitsim.individual import Member, Near
+    from gaitsim.individual import Member
 
     allowed = "a number from 1, or NAME=VALUE,…, such as 'duty factor L2=0'"
     if text.isascii() and text.isdecimal() and len(text) < 10 and int(text):
@@ -287,7 +287,7 @@ def parse_member(text: str) -> "Member | Near":
         raise GaitsimError(
             f"a value in {text!r} is not a number", where="--member", allowed=allowed
         ) from None
-    return Near(found)
+    return found
 
 
 def parse_pairs(text: str, option: str, allowed: str) -> dict[str, str]:

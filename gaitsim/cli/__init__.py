@@ -3,7 +3,8 @@
 import errno
 import gc
 import sys
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 
 from gaitsim.console import INTERRUPTED, MISTAKE
 from gaitsim.errors import GaitsimError
@@ -17,7 +18,12 @@ def main() -> None:
     gc.disable()
     streams.prepare()
     try:
-        _run()
+        with _reported():
+            streams.check_environment()
+            # This import takes half of the start-up time, so Ctrl-C during it is handled here, too.
+            from gaitsim.cli.app import app
+
+            app()
     except SystemExit:
         reason = streams.finish()
         if reason:
@@ -30,15 +36,11 @@ def main() -> None:
         gc.enable()
 
 
-def _run() -> None:
-    from gaitsim.console import streams
-
+@contextmanager
+def _reported() -> Iterator[None]:
+    """Exit with a message for a user's error in the block, and silently after Ctrl-C."""
     try:
-        streams.check_environment()
-        # This import takes half of the start-up time, so Ctrl-C during it is handled here, too.
-        from gaitsim.cli.app import app
-
-        app()
+        yield
     except GaitsimError as error:
         _fail(error)
     except KeyboardInterrupt:
@@ -46,6 +48,8 @@ def _run() -> None:
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT):
             raise
+        from gaitsim.console import streams
+
         streams.finish()  # or the same error would be reported again at exit
         _fail(GaitsimError(f"cannot write: {error.strerror}"))
 

@@ -71,13 +71,13 @@ class Steer(Action):
         """Open the terminal UI."""
         from gaitsim.cli.tui import check_terminal, run_app
         from gaitsim.console.printing import echo, notice, status
-        from gaitsim.steering import Drive
+        from gaitsim.steering import SteeredDrive
         from gaitsim.storage.files.folder import command
 
         check_terminal("run it in a terminal")
         with status("Preparing the body …"):
             experiment, controllers, about = self._subject()
-            drive = Drive(experiment, controllers, about)
+            drive = SteeredDrive(experiment, controllers, about)
         if about:
             notice(about)
         from gaitsim.tui.app import GaitsimApp

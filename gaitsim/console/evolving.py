@@ -103,8 +103,11 @@ def evolve_run(
             with RunWriter.open(
                 run.path, workers=workers, cluster=place, on_warning=warn, **options
             ) as writer:
-                shown, reason = _prepare(writer, json), writer.done
+                shown, reason = _display(writer, json), writer.done
                 if not reason:
+                    with _preparing(writer):
+                        writer.prepare().on_share = shown.scored
+                    _start_stage(writer, shown)
                     with interrupts.deferring(shown.stopping), shown:
                         for generation in writer.evolve():
                             snapshot = snapshot_of(generation, writer.experiment)
@@ -120,33 +123,42 @@ def evolve_run(
     summarise(run.reopened(), reason, json, workers)
 
 
-def _prepare(writer: RunWriter, json: bool) -> Display:
-    """Return the display of a run; prepare its first generation, unless a stop condition holds."""
+def _display(writer: RunWriter, json: bool) -> Display:
+    """Return the display of a run as it was opened."""
     if writer.warning:
         warn(writer.warning)
-    experiment, last = writer.experiment, writer.last
+    last = writer.last
     rows, first = (writer.run.history, writer.run.first_comparable) if last else ({}, 1)
-    shown = display(writer.path, snapshot_of(last, experiment, rows=rows, scored_from=first), json)
-    if writer.done:
-        return shown
-    name = experiment.entries["organism"].name
+    known = snapshot_of(last, writer.experiment, rows=rows, scored_from=first)
+    return display(writer.path, known, json)
+
+
+@contextmanager
+def _preparing(writer: RunWriter) -> Iterator[None]:
+    """Show that the block prepares the first generation, and how long a slow preparation took."""
+    name = writer.experiment.entries["organism"].name
     start = time.perf_counter()
     with status(f"Preparing {name}: the first run compiles its kernels …"):
-        writer.prepare().on_share = shown.scored
+        yield
     seconds = time.perf_counter() - start
     if seconds > SLOW:
         notice(f"Prepared {name} in {seconds:.1f} s.")
+
+
+def _start_stage(writer: RunWriter, shown: Display) -> None:
+    """Re-evaluate the population if the options were changed, and show the new stage."""
+    last = writer.last
     if writer.reevaluates and last is not None:
         with status(f"Re-evaluating the population of generation {last.number} …"):
             writer.reevaluate()
-    if writer.changes:
-        reevaluated = None
-        if writer.last is not None and any(change.reevaluates for change in writer.changes):
-            rows = {name: np.array([value]) for name, value in row(writer.last).items()}
-            reevaluated = snapshot_of(writer.last, experiment, rows=rows)
-        first_changed = last.number + 1 if last else 1
-        shown.start_stage(writer.stage, first_changed, [*map(str, writer.changes)], reevaluated)
-    return shown
+    if not writer.changes:
+        return
+    reevaluated = None
+    if writer.last is not None and any(change.reevaluates for change in writer.changes):
+        rows = {name: np.array([value]) for name, value in row(writer.last).items()}
+        reevaluated = snapshot_of(writer.last, writer.experiment, rows=rows)
+    first_changed = last.number + 1 if last else 1
+    shown.start_stage(writer.stage, first_changed, [*map(str, writer.changes)], reevaluated)
 
 
 def _exit_immediately(run: RunSnapshot) -> NoReturn:

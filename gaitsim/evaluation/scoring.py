@@ -87,12 +87,12 @@ def evaluate_worlds(
         The evaluations in these worlds one after the other, joined: (worlds · population,).
     """
     if not experiment.worlds.count:
-        evaluation = _evaluate(experiment, genomes)
+        evaluation = evaluate_here(experiment, genomes)
         on_world()
         return evaluation
     each = []
     for world in draw_worlds(experiment, generation)[part]:
-        each.append(_evaluate(in_world(experiment, world), genomes))
+        each.append(evaluate_here(in_world(experiment, world), genomes))
         on_world()
     return join_evaluations(experiment, each)
 
@@ -119,8 +119,8 @@ def constrain(experiment: Experiment, evaluation: Evaluation) -> Evaluation:
     return replace(evaluation, scores=scores, reasons=dict(sorted(reasons.items())))
 
 
-def _evaluate(experiment: Experiment, genomes: Genomes) -> Evaluation:
-    """Move and score genomes in one world, without constraints."""
+def evaluate_here(experiment: Experiment, genomes: Genomes) -> Evaluation:
+    """Move and score genomes in the body's own world, without constraints."""
     # The body gets a copy, so that it cannot change the genomes of the search or the checkpoint.
     # The copy is writable, because Numba would recompile for read-only arrays.
     passed, body = genomes.copy(), experiment.entries["organism"]

@@ -13,7 +13,7 @@ from typing import IO
 import numpy as np
 
 from gaitsim.errors import GaitsimError
-from gaitsim.evaluation.scoring import evaluate
+from gaitsim.evaluation.scoring import constrain, evaluate_here
 from gaitsim.evaluation.worlds import draw_worlds, in_world
 from gaitsim.experiment import Experiment, parse_experiment
 from gaitsim.registry import plugin_errors
@@ -193,7 +193,7 @@ def prepare(experiment: Experiment, individuals: int = 1) -> None:
     collecting = gc.isenabled()
     gc.disable()
     try:
-        evaluate(experiment, genomes)
+        constrain(experiment, evaluate_here(experiment, genomes))
     finally:
         if collecting:
             gc.enable()

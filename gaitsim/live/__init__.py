@@ -41,7 +41,7 @@ those after `scored` appear only if they have changed:
     rows          history of the generations since the last snapshot: {column: [numbers]}; for a
                   slow reader the oldest rows are omitted; the run's folder holds all
     top           best individuals of the last generation, best first:
-                  [{"score": number, "terms": {term: number}}]
+                  [{"generation", "score", "terms": {term: number}}]
     islands       best score of each island in the last generation: [numbers]; only with several
                   islands
     champion      best individual so far: {"generation", "score", "genome": [numbers]}

@@ -40,39 +40,30 @@ class RunCommand:
 
 
 @dataclass(frozen=True)
-class RankedIndividual:
-    """One of the best individuals of a generation: its score and its terms."""
-
-    score: float
-    terms: Mapping[str, float]
-
-
-def top_individuals(
-    scores: NDArray[np.float64], terms: Mapping[str, NDArray[np.float64]], count: int = 5
-) -> tuple[RankedIndividual, ...]:
-    """Return the best individuals of a generation, best first."""
-    best = np.argsort(-scores, kind="stable")[:count]
-    return tuple(
-        RankedIndividual(
-            float(scores[index]), {name: float(values[index]) for name, values in terms.items()}
-        )
-        for index in best
-    )
-
-
-@dataclass(frozen=True)
 class Best:
-    """The best individual so far among those with comparable scores.
+    """One of the best individuals, of a generation or so far.
 
     Attributes:
         generation: generation in which it was found.
         score: score of the individual.
-        genome: genome of the individual, (genes,).
+        genome: genome, (genes,), of the best individual so far; () for one of a generation.
+        terms: terms of the score of one of a generation; {} for the best individual so far.
     """
 
     generation: int
     score: float
-    genome: tuple[float, ...]
+    genome: tuple[float, ...] = ()
+    terms: Mapping[str, float] = field(default_factory=dict)
+
+
+def top_individuals(generation: Generation, count: int = 5) -> tuple[Best, ...]:
+    """Return the best individuals of a generation, best first."""
+    scores, evaluation = generation.scores, generation.evaluation
+    best = np.argsort(-scores, kind="stable")[:count].tolist()
+    return tuple(
+        Best(generation.number, float(scores[index]), terms=evaluation.terms_of(index))
+        for index in best
+    )
 
 
 @dataclass(frozen=True)
@@ -108,7 +99,7 @@ class Snapshot:
     generations_per_second: float = 0.0
     scored: float = 0.0
     rows: Rows = field(default_factory=dict)
-    top: tuple[RankedIndividual, ...] = ()
+    top: tuple[Best, ...] = ()
     islands: tuple[float, ...] = ()
     champion: Best | None = None
     events: tuple[Event, ...] = ()
@@ -143,10 +134,10 @@ def snapshot_of(
         generations=generations,
         stage=progress.stage,
         evaluations=progress.evaluations,
-        top=top_individuals(generation.scores, generation.evaluation.terms),
+        top=top_individuals(generation),
         islands=bests,
         # A re-evaluated generation has no champion yet.
-        champion=Best(found, progress.best_score, ()) if progress.stagnation >= 0 else None,
+        champion=Best(found, progress.best_score) if progress.stagnation >= 0 else None,
         **more,
     )
 
@@ -214,13 +205,9 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
                 "reason": "",
                 **data,
                 "rows": {name: _numbers(values) for name, values in data.get("rows", {}).items()},
-                "top": tuple(map(_ranked, data["top"])) if "top" in data else before.top,
+                "top": tuple(map(_best, data["top"])) if "top" in data else before.top,
                 "islands": tuple(map(_number, data.get("islands", before.islands))),
-                "champion": (
-                    Best(champion["generation"], champion["score"], tuple(champion["genome"]))
-                    if champion
-                    else before.champion
-                ),
+                "champion": _best(champion) if champion else before.champion,
                 "events": tuple(Event(**event) for event in data.get("events", ())),
                 "error": error_from_dict(data["error"]) if "error" in data else None,
             },
@@ -229,9 +216,9 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
         raise ValueError(f"not a snapshot: {error}") from error
 
 
-def _ranked(data: Mapping[str, Any]) -> RankedIndividual:
-    terms = {name: _number(value) for name, value in data["terms"].items()}
-    return RankedIndividual(_number(data["score"]), terms)
+def _best(data: Mapping[str, Any]) -> Best:
+    terms = {name: _number(value) for name, value in data.get("terms", {}).items()}
+    return Best(data["generation"], _number(data["score"]), tuple(data.get("genome", ())), terms)
 
 
 def _numbers(values: Sequence[float | None]) -> NDArray[np.float64]:
@@ -244,8 +231,8 @@ def _number(value: float | None) -> float:
 
 def _plain(value: Any) -> Any:
     """Return JSON-compatible values, with None for non-finite numbers."""
-    if isinstance(value, RankedIndividual | Best | Event):
-        value = vars(value)
+    if isinstance(value, Best | Event):
+        value = {name: item for name, item in vars(value).items() if item not in ((), {})}
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
     if isinstance(value, list | tuple):

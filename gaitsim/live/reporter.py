@@ -196,7 +196,7 @@ class Reporter:
             names = dict.fromkeys(name for values in rows for name in values)
             news["rows"] = {name: [values.get(name) for values in rows] for name in names}
         if latest is not None:
-            news["top"] = top_individuals(latest.scores, latest.evaluation.terms)
+            news["top"] = top_individuals(latest)
             if self._islands > 1:
                 news["islands"] = island_bests(latest, self._islands).tolist()
         if events:

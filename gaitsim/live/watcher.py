@@ -149,5 +149,5 @@ class RunWatcher:
             try:
                 genome = run.best_genome(generation)
             except GaitsimError:
-                return Best(generation, score, ())
+                return Best(generation, score)
         return Best(generation, score, tuple(genome.tolist()))

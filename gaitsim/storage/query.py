@@ -92,7 +92,7 @@ def check_keys(keys: Iterable[str], runs: Sequence[Overview]) -> None:
 
 
 @dataclass(frozen=True)
-class Condition:
+class QueryTerm:
     """One word of a query.
 
     Attributes:
@@ -149,7 +149,7 @@ class Query:
         conditions: the words of the query.
     """
 
-    conditions: tuple[Condition, ...] = ()
+    conditions: tuple[QueryTerm, ...] = ()
 
     def matches(self, run: Overview) -> bool:
         """Return whether a run fulfils all conditions."""
@@ -187,11 +187,11 @@ def parse_query(text: str) -> Query:
         if found := _CONDITION.fullmatch(word):
             conditions.append(_condition(found[1].strip(), found[2], found[3].strip(), negated))
         elif word:
-            conditions.append(Condition("", ":", word.casefold(), negated=negated))
+            conditions.append(QueryTerm("", ":", word.casefold(), negated=negated))
     return Query(tuple(conditions))
 
 
-def _condition(key: str, sign: str, text: str, negated: bool) -> Condition:
+def _condition(key: str, sign: str, text: str, negated: bool) -> QueryTerm:
     key = _ALIASES.get(key.casefold(), key)
     key = key.casefold() if key.casefold() in KEYS else key
     ordered = sign in _ORDERED
@@ -211,7 +211,7 @@ def _condition(key: str, sign: str, text: str, negated: bool) -> Condition:
             if key in TIMES
             else "a number, such as 0.5",
         )
-    return Condition(key, sign, text.casefold(), number, negated)
+    return QueryTerm(key, sign, text.casefold(), number, negated)
 
 
 def _number(key: str, text: str) -> float | None:

@@ -2,7 +2,7 @@
 
 import hashlib
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -23,7 +23,7 @@ from gaitsim.experiment import (
     read_outline,
 )
 from gaitsim.experiment.overrides import COMMAND_LINE
-from gaitsim.individual import NEAR_TOLERANCE, Choice, Individual, Member, Near
+from gaitsim.individual import Choice, Individual, Member
 from gaitsim.opening import read_regular
 from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outside
 from gaitsim.stopping import stop_reason
@@ -78,6 +78,8 @@ from gaitsim.storage.stages import (
     stages_of,
 )
 from gaitsim.toml import LARGEST
+
+NEAR_TOLERANCE = 0.05  # share of an axis
 
 
 @dataclass(frozen=True)
@@ -475,22 +477,27 @@ class RunSnapshot:
 
         The best of all generations is chosen only among those comparable with the last one.
         """
-        if isinstance(which, Near):
+        if isinstance(which, Mapping):
             which = self._nearest(which)
         return self._member(which) if isinstance(which, Member) else self._best(which)
 
     def individuals(self, which: Sequence[Choice] | Choice = ()) -> tuple[Individual, ...]:
         """Return the individual of each choice; that of the best of all generations for none."""
-        several = (which,) if isinstance(which, int | Member | Near | None) else which
+        several = (which,) if isinstance(which, int | Member | Mapping | None) else which
         return tuple(map(self.individual, several or (None,)))
 
-    def _nearest(self, which: Near) -> Member:
-        """Return the best member near given values."""
+    def _nearest(self, values: Mapping[str, float]) -> Member:
+        """Return the best member near given values, by axis.
+
+        The distance of a member from the values is the largest of its distances along the axes,
+        each as a share of the axis. All members within `NEAR_TOLERANCE` of the smallest distance
+        count as near; the one with the highest score is chosen.
+        """
         found = self.members
         if found is None or not len(found.scores):
             return Member(1)  # does not exist, so `_member` raises the error
         distance = np.zeros(len(found.scores))
-        for name, value in which.values.items():
+        for name, value in values.items():
             if name not in found.values:
                 raise unknown("axis", name, found.values, where=f"the members of {self.path}")
             known = found.values[name]

@@ -17,7 +17,7 @@ _LIMITS = -body.ANGLE_LIMIT, body.ANGLE_LIMIT
 _MASSES = (body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS)
 
 
-class Legs(NamedTuple):
+class LegData(NamedTuple):
     """Data of the legs for the kernels; a lost leg has no length and no mass.
 
     Attributes:
@@ -44,7 +44,7 @@ class SpiderAnatomy:
         damaged: names of the lost legs, and of the stuck and slow joints.
     """
 
-    legs: Legs
+    legs: LegData
     lost: NDArray[np.bool_]
     held: Mapping[int, float]
     step_limits: NDArray[np.float64]
@@ -90,7 +90,7 @@ def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> SpiderAna
     )
 
 
-def _legs(lost: NDArray[np.bool_], leg_mass: float) -> Legs:
+def _legs(lost: NDArray[np.bool_], leg_mass: float) -> LegData:
     coxa, femur, tibia = masses = [leg_mass * mass for mass in _MASSES]
     whole = coxa + femur + tibia  # `sum` of floats differs between versions of Python
     mass = body.BODY_MASS + int((~lost).sum()) * whole
@@ -99,4 +99,4 @@ def _legs(lost: NDArray[np.bool_], leg_mass: float) -> Legs:
     shares[~lost] = np.divide(masses, mass)
     hips = np.stack([body.HIP_X, body.SIDE * body.HIP_Y, np.zeros(len(lost))], axis=1)
     moment = hips[~lost].sum(axis=0) * whole / mass
-    return Legs(lengths, shares, moment.astype(np.float32))
+    return LegData(lengths, shares, moment.astype(np.float32))

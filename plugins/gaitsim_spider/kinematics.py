@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gaitsim.plugin.toolkit import cos, scalar, sin
 from gaitsim_spider import body
-from gaitsim_spider.damage import Legs
+from gaitsim_spider.damage import LegData
 
 _f = np.float32
 _HIP_X, _SIDE = body.HIP_X, body.SIDE
@@ -39,7 +39,10 @@ def _cos(x: Any) -> Any:
 
 @njit(nogil=True, cache=True, error_model="numpy")
 def place_feet(
-    angles: NDArray[np.float32], legs: Legs, feet: NDArray[np.float32], centre: NDArray[np.float32]
+    angles: NDArray[np.float32],
+    legs: LegData,
+    feet: NDArray[np.float32],
+    centre: NDArray[np.float32],
 ) -> None:
     """Compute feet and centre of mass in the body's frame.
 

@@ -49,7 +49,7 @@ from gaitsim.plugin.toolkit import (
 )
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last, time_second
-from gaitsim_spider.damage import Legs, SpiderAnatomy, damaged_anatomy
+from gaitsim_spider.damage import LegData, SpiderAnatomy, damaged_anatomy
 from gaitsim_spider.encodings import ENCODINGS, Angles, tetrapod
 
 LEG_MASS = "leg_mass"
@@ -395,7 +395,7 @@ def _height(motion: Motion) -> Array:
 
 
 def _motion(
-    commands: Angles, angles: Angles, legs: Legs, down: Array, frequency: Callable[[], Array]
+    commands: Angles, angles: Angles, legs: LegData, down: Array, frequency: Callable[[], Array]
 ) -> Motion:
     """Return the motion of joints; feet, contact and travel are computed on first use.
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos
 from gaitsim_spider.body import FOOT_RADIUS
-from gaitsim_spider.damage import Legs
+from gaitsim_spider.damage import LegData
 from gaitsim_spider.intervals import SIZE
 from gaitsim_spider.kinematics import place_feet
 
@@ -335,7 +335,7 @@ def travel(
 @njit(nogil=True, cache=True, error_model="numpy")
 def walk(
     angles: NDArray[np.float32],
-    legs: Legs,
+    legs: LegData,
     lean: tuple[float, float],
     feet: NDArray[np.float32],
     centre: NDArray[np.float32],
@@ -382,7 +382,7 @@ _NUDGE = _f(1e-5)  # m
 @njit(nogil=True, cache=True, error_model="numpy")
 def rest(
     angles: NDArray[np.float32],
-    legs: Legs,
+    legs: LegData,
     lean: tuple[float, float],
     heading: NDArray[np.float64],
     blocks: NDArray[np.void],

@@ -8,7 +8,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait.changed import has_rhythm_on_twin, play_on_twin, rhythm_on_twin
 from gaitsim.individual import Individual
-from gaitsim.steering import Drive
+from gaitsim.steering import SteeredDrive
 
 
 @pytest.fixture(scope="module", params=["sine", "cpg"])
@@ -36,7 +36,7 @@ def test_a_champion_walks_on_the_twin_as_far_as_its_joint_angles(champion):
 @pytest.mark.slow
 def test_a_champion_turns_as_told(champion):
     twin, about = rhythm_on_twin(champion)
-    drive = Drive(twin.experiment, {"gait": twin.genome}, about)
+    drive = SteeredDrive(twin.experiment, {"gait": twin.genome}, about)
     for command in ("faster", "faster", "faster", "left"):
         drive.give(command)
     drive.advance_to(1.0)

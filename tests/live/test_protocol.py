@@ -11,7 +11,6 @@ from gaitsim.experiment import Typed
 from gaitsim.live.protocol import (
     Best,
     Event,
-    RankedIndividual,
     RunCommand,
     Snapshot,
     merge,
@@ -22,9 +21,7 @@ from gaitsim.live.protocol import (
 )
 from gaitsim.storage.growing import HistoryBuffer
 
-BEFORE = Snapshot(
-    "running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(RankedIndividual(1, {}),)
-)
+BEFORE = Snapshot("running", generation=3, champion=Best(2, 1.0, (0.5,)), top=(Best(3, 1),))
 
 
 def rows(first, last, **columns):
@@ -61,7 +58,7 @@ def test_snapshots_survive_a_round_trip():
         "state": "paused",
         "generation": 5,
         "rows": {"generation": [4, 5], "best": [1.5, -math.inf]},
-        "top": [{"score": 1.5, "terms": {"reach": 1.5, "price": math.nan}}],
+        "top": [{"generation": 5, "score": 1.5, "terms": {"reach": 1.5, "price": math.nan}}],
         "champion": {"generation": 4, "score": 1.5, "genome": [0.1, 1e-300]},
         "events": [{"generation": 4, "kind": "best", "text": "1.5"}],
     }

@@ -96,7 +96,7 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkey
 
     monkeypatch.setattr("gaitsim.storage.snapshot.parse_experiment", missing)
     snapshot = RunWatcher(path).poll()
-    assert snapshot.champion == Best(generation, score, ())
+    assert snapshot.champion == Best(generation, score)
     assert len(snapshot.top) == 5
 
 

@@ -20,7 +20,7 @@ SCREENS = {
     "Presets": ["n"],
     "ExportDialog": ["e"],
     "NoteDialog": ["N"],
-    "Change": ["enter", "c"],
+    "ChangeForm": ["enter", "c"],
     "Compare": ["space", "down", "space", "c"],
     "Studies": ["u"],
     "Help": ["question_mark"],

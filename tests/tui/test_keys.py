@@ -204,7 +204,7 @@ async def test_a_key_after_enter_does_not_cancel_a_change(two, drive):
         changes = []
         live._continue = changes.append
         await driver.press("c")
-        form = await driver.at("Change")
+        form = await driver.at("ChangeForm")
         await driver.until(lambda: form.validation is not None)
         form.go_to("fitness.price")
         await driver.until(lambda: isinstance(driver.app.focused, Input))

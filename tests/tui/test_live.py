@@ -18,7 +18,7 @@ from waiting import app_until
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
 from gaitsim.live.process import background_state
-from gaitsim.live.protocol import Best, Event, RankedIndividual, Snapshot
+from gaitsim.live.protocol import Best, Event, Snapshot
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.growing import HistoryBuffer
 from gaitsim.storage.lock import is_locked
@@ -26,7 +26,7 @@ from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens import live_board
-from gaitsim.tui.screens.change import Change
+from gaitsim.tui.screens.change import ChangeForm
 from gaitsim.tui.screens.live import Live
 from gaitsim.tui.screens.live_board import COLOURS
 from gaitsim.tui.screens.live_source import ChampionSimulator, with_failure
@@ -76,7 +76,7 @@ async def paused_at(pilot, screen, generation):
 async def ask_change(pilot, key="c"):
     """Open the form of changes, and return it once the experiment is loaded."""
     await pilot.press(key)
-    await app_until(pilot, lambda: isinstance(pilot.app.screen, Change))
+    await app_until(pilot, lambda: isinstance(pilot.app.screen, ChangeForm))
     form = pilot.app.screen
     await app_until(pilot, lambda: form.validation is not None)
     return form
@@ -443,7 +443,7 @@ class TestFormatting:
         stage=12,
         evaluations_per_second=123_456,
         generations_per_second=100,
-        top=(*[RankedIndividual(1.5, {"[red]reach": 2.0, "price" * 9: -0.5, "mean": np.nan})] * 5,),
+        top=(*[Best(9, 1.5, terms={"[red]reach": 2.0, "price" * 9: -0.5, "mean": np.nan})] * 5,),
     )
 
     @pytest.mark.parametrize("width", [1, 5, 12, 30, 40, 80, 160, 300])

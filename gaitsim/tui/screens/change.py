@@ -35,7 +35,7 @@ def describe_effect(run: RunSnapshot, overrides: Overrides) -> str:
     return f"{changes}from generation {run.generation + 1}{rescored}"
 
 
-class Change(ExperimentForm):
+class ChangeForm(ExperimentForm):
     """The form of a run's experiment.
 
     Args:

@@ -1,6 +1,6 @@
 """The form of an experiment, whose every option can be changed, checked while typing.
 
-`New` and `Change` are such forms.
+`New` and `ChangeForm` are such forms.
 """
 
 import asyncio

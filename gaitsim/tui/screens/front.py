@@ -13,7 +13,7 @@ from gaitsim.tui.formatting import clip
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.members import MembersScreen
 from gaitsim.tui.screens.members_source import KeptMembers, MembersReader
-from gaitsim.tui.widgets.member_plot import FrontPlot
+from gaitsim.tui.widgets.member_plot import FrontScatter
 
 MARKS = "AB"  # characters of marked members
 DIGITS = 4
@@ -48,7 +48,7 @@ objective, and better in one. The fainter dots are the other individuals of the 
     BINDINGS = bindings("front")
 
     def __init__(self, run: Path, which: Which = None) -> None:
-        self._plot = FrontPlot("reading the run …")
+        self._plot = FrontScatter("reading the run …")
         super().__init__(run, which, self._plot, MembersReader(run, FrontView.of, _MISSING))
         self._marked: list[bytes] = []  # keys of the marked members, the latest last
         self.sub_title = "front"

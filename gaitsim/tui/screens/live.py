@@ -20,7 +20,7 @@ from gaitsim.storage.files.folder import command
 from gaitsim.storage.lock import is_locked
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
-from gaitsim.tui.screens.change import Change
+from gaitsim.tui.screens.change import ChangeForm
 from gaitsim.tui.screens.live_board import Board
 from gaitsim.tui.screens.live_source import describe_run, kept_by, with_failure
 from gaitsim.tui.screens.questions import Ask
@@ -236,7 +236,7 @@ with `gaitsim attach`.
         finished = self.snapshot.state == "finished"
         more = str(_suggested_generations(self.snapshot))
         changes = {"evolution.generations": more} if finished else {}
-        self.app.push_screen(Change(self.run, done, fork=fork, changes=changes))
+        self.app.push_screen(ChangeForm(self.run, done, fork=fork, changes=changes))
 
     @work(group="ask", exclusive=True)
     async def action_goal(self) -> None:

@@ -13,7 +13,7 @@ from gaitsim.individual import Member
 from gaitsim.render.terminal.member_picture import units_of
 from gaitsim.storage.growing import RunFollower
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.tui.screens.replay_loading import LoadedIndividual, load_individual
+from gaitsim.tui.screens.replay_loading import ReplayView, load_individual
 from gaitsim.tui.widgets.member_plot import V
 
 CACHED = 64  # maximum number of members in memory, about 0.5 MB each
@@ -46,7 +46,7 @@ class MovingMember:
         gait: name of its gait; None if the feet of the body do not define one.
     """
 
-    shown: LoadedIndividual
+    shown: ReplayView
     gait: Name | None
 
 

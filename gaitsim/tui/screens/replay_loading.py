@@ -20,7 +20,7 @@ PATIENCE = 2.0  # minimum seconds between two reads of an evolving run
 
 
 @dataclass(frozen=True, eq=False)
-class LoadedIndividual:
+class ReplayView:
     """The best of a generation, or a member, ready to be shown.
 
     Attributes:
@@ -88,7 +88,7 @@ class Loader:
         self._run: RunSnapshot | None = None
         self._follower, self._read = RunFollower(self._path), 0.0
 
-    def load(self, which: Which) -> LoadedIndividual:
+    def load(self, which: Which) -> ReplayView:
         """Simulate the best of a generation, the champion, or a member."""
         try:
             run = self._snapshot(which if isinstance(which, int) else 1)
@@ -110,13 +110,13 @@ class Loader:
         return known
 
 
-def load_individual(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> LoadedIndividual:
+def load_individual(run: RunSnapshot, which: Which, damage: Sequence[str] = ()) -> ReplayView:
     """Simulate an individual of a run, with damage to its body if given."""
     found = run.individual(which)
     if damage:
         found = with_damage(found, damage)
     _ = found.skeleton  # computed here because it is slow
-    return LoadedIndividual(
+    return ReplayView(
         individual=found,
         measurements=_measured(found),
         last=run.generation,
@@ -158,7 +158,7 @@ def with_number(which: Which, number: int) -> int | Member:
     return Member(number) if isinstance(which, Member) else number
 
 
-def last_of(shown: LoadedIndividual, which: Which) -> int:
+def last_of(shown: ReplayView, which: Which) -> int:
     """Return the number of members if `which` is one, else the last generation."""
     if isinstance(which, Member):
         return len(shown.members.scores) if shown.members else 1
@@ -170,7 +170,7 @@ def kind_of(which: Which) -> str:
     return "member" if isinstance(which, Member) else "generation"
 
 
-def parse_which(text: str, which: Which, shown: LoadedIndividual) -> int | Member:
+def parse_which(text: str, which: Which, shown: ReplayView) -> int | Member:
     """Read the number of an existing generation or member, of the kind of `which`."""
     return with_number(which, parse_number(text, kind_of(which), last_of(shown, which)))
 
@@ -183,7 +183,7 @@ def parse_number(text: str, kind: str, last: int) -> int:
     raise GaitsimError(f"there is no {kind} {text}", allowed=f"1 to {last:,}")
 
 
-def curve_of(shown: LoadedIndividual) -> tuple[str, Series, float]:
+def curve_of(shown: ReplayView) -> tuple[str, Series, float]:
     """Return the label of the x axis, a curve, and the position of the individual on it.
 
     The curve is the best score of each generation. For a member of a front, it is the second

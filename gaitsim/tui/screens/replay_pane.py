@@ -18,8 +18,8 @@ from gaitsim.individual import Member, Which
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.replay_loading import (
-    LoadedIndividual,
     Loader,
+    ReplayView,
     curve_of,
     describe,
     last_of,
@@ -85,7 +85,7 @@ class ReplayPane(Vertical):
         super().__init__(**settings)
         self.damage = tuple(damage)
         self.run = run
-        self.shown: LoadedIndividual | None = None
+        self.shown: ReplayView | None = None
         self.problem: GaitsimError | None = None
         self.which = which
         self.loading_now = False
@@ -148,7 +148,7 @@ class ReplayPane(Vertical):
             requested = self.which
             self._title()
 
-    def _show(self, shown: LoadedIndividual) -> None:
+    def _show(self, shown: ReplayView) -> None:
         self.shown, self.problem = shown, None
         self.canvas.set_skeleton(shown.individual.skeleton)
         self.feet.set_skeleton(shown.individual.skeleton)
@@ -244,7 +244,7 @@ class ReplayPane(Vertical):
         self.request(with_number(self.which, event.value))
 
 
-def _numbers(shown: LoadedIndividual, generation: str, score: str, *, wide: bool) -> Text:
+def _numbers(shown: ReplayView, generation: str, score: str, *, wide: bool) -> Text:
     """Return the number and score of an individual; if `wide`, also its worlds and stage.
 
     Args:

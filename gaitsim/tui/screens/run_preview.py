@@ -13,7 +13,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.terminal.text import duration, number, visible_lines
 from gaitsim.storage.overview import Overview
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.tui.screens.replay_loading import LoadedIndividual, curve_of, load_individual
+from gaitsim.tui.screens.replay_loading import ReplayView, curve_of, load_individual
 from gaitsim.tui.screens.replay_pane import number_lines, unexpected_error
 from gaitsim.tui.widgets.canvas import BodyCanvas
 from gaitsim.tui.widgets.curves import Curves
@@ -58,7 +58,7 @@ class RunPreview(Container):
         self._run: Overview | None = None
         self._shown: Key = ()  # the champion on the screen
         self._wanted: Key = ()
-        self._known: OrderedDict[Key, LoadedIndividual | GaitsimError] = OrderedDict()
+        self._known: OrderedDict[Key, ReplayView | GaitsimError] = OrderedDict()
         self._reading = self._due = False  # a run is being read, or will be
 
     def compose(self) -> ComposeResult:
@@ -151,7 +151,7 @@ class RunPreview(Container):
         self._play()
 
 
-def _load(run: Overview) -> LoadedIndividual | GaitsimError:
+def _load(run: Overview) -> ReplayView | GaitsimError:
     """Read the champion of a run, or the reason why it cannot be read."""
     try:
         return load_individual(RunSnapshot(run.path), None)
@@ -161,7 +161,7 @@ def _load(run: Overview) -> LoadedIndividual | GaitsimError:
         return unexpected_error(error)
 
 
-def figures(run: Overview, shown: LoadedIndividual, width: int) -> Text:
+def figures(run: Overview, shown: ReplayView, width: int) -> Text:
     """Return the score, the terms and the measures of a champion, and the size of its run."""
     rows = [(name, value, "") for name, value in shown.individual.terms.items()]
     rows += [

@@ -21,7 +21,7 @@ from gaitsim.render.terminal.chase import VIEWS, chase_camera, draw_path
 from gaitsim.render.terminal.curve_view import CurveView
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
-from gaitsim.steering import Drive
+from gaitsim.steering import SteeredDrive
 from gaitsim.storage.files.folder import command
 from gaitsim.tui.formatting import percentage
 from gaitsim.tui.keys import bindings
@@ -40,7 +40,7 @@ SHORT = 3.0  # s; nobody is asked to save less of a drive
 SIGNS = {"up": "↑", "down": "↓", "left": "←", "right": "→", "space": "␣"}
 
 
-class SteeredBody(BodyCanvas, can_focus=False):
+class SteeredCanvas(BodyCanvas, can_focus=False):
     """A steered body, seen by a camera that turns with it.
 
     Attributes:
@@ -55,7 +55,7 @@ class SteeredBody(BodyCanvas, can_focus=False):
         self._length = 1.0
         self._turned = self._looking = 0.0
 
-    def show(self, drive: Drive, turned: float) -> None:
+    def show(self, drive: SteeredDrive, turned: float) -> None:
         """Show the current state of a body.
 
         Args:
@@ -115,8 +115,8 @@ class PathPlan(Cells):
         self._path = np.zeros((1, 3))
         self._turned, self._length = 0.0, 1.0
 
-    def show(self, drive: Drive, turned: float) -> None:
-        """Show the path of a body; `turned` as in `SteeredBody.show`."""
+    def show(self, drive: SteeredDrive, turned: float) -> None:
+        """Show the path of a body; `turned` as in `SteeredCanvas.show`."""
         self._path, self._turned = drive.path, turned
         self._length = drive.size
         self.redraw()
@@ -177,14 +177,14 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
 
     def __init__(
         self,
-        load: Callable[[], Drive],
+        load: Callable[[], SteeredDrive],
         line: str = "",
         clock: Callable[[], float] = time.monotonic,
         record: Path | None = None,
     ) -> None:
         super().__init__()
         self._load, self._line, self._clock, self._record = load, line, clock, record
-        self.drive: Drive | None = None
+        self.drive: SteeredDrive | None = None
         self.paused = self._saving = False
         self.saved: list[Path] = []
         self._saved_until = 0.0  # s
@@ -194,7 +194,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self._curve: list[tuple[float, float]] = []
         self._said = ""
         self.sub_title = "steering"
-        self.body = SteeredBody("preparing the body …")
+        self.body = SteeredCanvas("preparing the body …")
         self.plan = PathPlan()
         self.curve = CurvePlot("seconds", "", CurveView())
 
@@ -244,7 +244,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         if drive.ending or self._notice(drive) != self._said:
             self._show_message()
 
-    def _simulate(self, drive: Drive) -> None:
+    def _simulate(self, drive: SteeredDrive) -> None:
         try:
             drive.advance_to(self._elapsed)
         except GaitsimError as error:
@@ -291,7 +291,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         message.update(words)
         self.refresh_bindings()
 
-    def _notice(self, drive: Drive) -> str:
+    def _notice(self, drive: SteeredDrive) -> str:
         try:
             return drive.notice
         except GaitsimError as error:
@@ -415,7 +415,7 @@ def sign(key: str) -> str:
     return SIGNS.get(key, key)
 
 
-def _facts(drive: Drive, turned: float) -> Text:
+def _facts(drive: SteeredDrive, turned: float) -> Text:
     """Return the time, the place, the speeds, what the body is asked to do, and the commands."""
     ahead, up = float(np.hypot(*drive.velocity[:2])), float(drive.velocity[2])
     rows = {"flight time" if drive.flies else "time": f"{drive.seconds:8.1f} s"}
@@ -439,7 +439,7 @@ def _facts(drive: Drive, turned: float) -> Text:
     return text
 
 
-def _add_controllers(text: Text, drive: Drive) -> None:
+def _add_controllers(text: Text, drive: SteeredDrive) -> None:
     """Add each command on its own line, with the share of its controller."""
     widest = max(len(one.name) for one in drive.commands)
     active = [float(one is drive.command) for one in drive.commands]

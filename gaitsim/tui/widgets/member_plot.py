@@ -208,7 +208,7 @@ class ArchiveMap(MemberPlot[ArchiveView]):
         return HeatMap(view, self.names, self.labels, columns, rows, shaded=shaded)
 
 
-class FrontPlot(MemberPlot[FrontView]):
+class FrontScatter(MemberPlot[FrontView]):
     """Two objectives of a front as a scatter plot.
 
     Attributes:
@@ -217,7 +217,7 @@ class FrontPlot(MemberPlot[FrontView]):
     """
 
     DEFAULT_CSS = """
-    FrontPlot > .members--empty { color: $foreground 45%; }
+    FrontScatter > .members--empty { color: $foreground 45%; }
     """
 
     colour = ""

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitsim.plugin import conjugate, product, rotated
 from gaitsim_bullet.client import Client
-from gaitsim_bullet.ground import BASE, Contact, Ground
+from gaitsim_bullet.ground import BASE, FlatGround, GroundContact
 from gaitsim_bullet.multibody import RATIO, TRUNK, create_links
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.shapes import geom_surface
@@ -72,8 +72,8 @@ class BulletBody:
         speeds = np.array([state[1] for state in found])
         return angles + self.model.qpos0[self._angles], speeds
 
-    def step(self, torques: Floats) -> dict[int, Contact]:
-        """Simulate a step with torques, (joints,) N m; return the contacts as `Ground.contacts`."""
+    def step(self, torques: Floats) -> dict[int, GroundContact]:
+        """Simulate a step with torques, (joints,) N m; return its `FlatGround.contacts`."""
         client = self.client
         client.setJointMotorControlArray(
             self.number, self.moving, client.TORQUE_CONTROL, forces=torques.tolist()
@@ -204,7 +204,7 @@ class BulletBody:
         linked = [(index, link.body) for index, link in enumerate(self.links) if link.body >= 0]
         return [(BASE, TRUNK), *linked]
 
-    def _create_ground(self) -> Ground:
+    def _create_ground(self) -> FlatGround:
         """Create the ground for the bodies that collide with it in MuJoCo."""
         client, anatomy = self.client, self.simulation.anatomy
         ground = [int(self.model.geom(GROUND).id)]
@@ -215,7 +215,7 @@ class BulletBody:
         }
         dt = client.getPhysicsEngineParameters()["fixedTimeStep"]
         resistance = anatomy.mass / max(1, len(anatomy.legs)) / dt
-        return Ground(client, self.number, meeting, len(self.links), resistance)
+        return FlatGround(client, self.number, meeting, len(self.links), resistance)
 
     def _enable_self_contacts(self) -> None:
         """Enable collisions for the same pairs of the robot's bodies as in MuJoCo."""

@@ -23,7 +23,7 @@ BASE = -1
 LEAST = 0.02  # smallest side of the rectangle, as a share of the friction; 0 is singular
 
 
-class Contact(NamedTuple):
+class GroundContact(NamedTuple):
     """The contact of a link with the ground.
 
     Attributes:
@@ -35,7 +35,7 @@ class Contact(NamedTuple):
     slip: tuple[float, float]
 
 
-class Ground:
+class FlatGround:
     """The ground z = 0 of a robot.
 
     Args:
@@ -73,7 +73,7 @@ class Ground:
             for point in self._client.getContactPoints(self._robot)
         )
 
-    def contacts(self) -> dict[int, Contact]:
+    def contacts(self) -> dict[int, GroundContact]:
         """Return the contacts in the last step by the index of the link.
 
         Also limits the friction in the next step, so it must be called after each step.
@@ -93,7 +93,7 @@ class Ground:
                 found[link] = contact
         return found
 
-    def _contact(self, link: int, points: list[Any]) -> Contact:
+    def _contact(self, link: int, points: list[Any]) -> GroundContact:
         """Return the contact of a link, whose points of contact PyBullet returned."""
         client, robot = self._client, self._robot
         if link == BASE:
@@ -117,9 +117,9 @@ class Ground:
         # numpy.cross takes longer than all the rest.
         slip_x = speed[0] + spin[1] * z - spin[2] * y
         slip_y = speed[1] + spin[2] * x - spin[0] * z
-        return Contact((force_x, force_y, load), (slip_x, slip_y))
+        return GroundContact((force_x, force_y, load), (slip_x, slip_y))
 
-    def _rectangle(self, link: int, contact: Contact) -> tuple[float, float]:
+    def _rectangle(self, link: int, contact: GroundContact) -> tuple[float, float]:
         """Return the sides of the rectangle relative to the square, for Coulomb's law.
 
         The friction is the point of the disc of possible frictions nearest to the last friction

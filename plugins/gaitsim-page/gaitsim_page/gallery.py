@@ -33,7 +33,7 @@ QUALITY = 80  # quality of a WebP file
 
 
 @dataclass(frozen=True)
-class Card:
+class RunCard:
     """The content of a run's card in the index.
 
     Attributes:
@@ -76,7 +76,7 @@ def read_champion(path: Path) -> tuple[RunSnapshot, Individual]:
     return run, run.individual()
 
 
-def card_of(run: RunSnapshot, champion: Individual) -> Card:
+def card_of(run: RunSnapshot, champion: Individual) -> RunCard:
     """Return the card of a run, without its page; parts that fail are listed as problems."""
     experiment = champion.experiment
     problems = []
@@ -96,7 +96,7 @@ def card_of(run: RunSnapshot, champion: Individual) -> Card:
         pictures = {theme: _picture(skeleton, theme) for theme in ("light", "dark")}
     except GaitsimError as error:
         problems.append(f"no picture: {error.what}")
-    return Card(
+    return RunCard(
         name=champion.name,
         description=experiment.description,
         body=experiment.entries["organism"].name,
@@ -144,7 +144,7 @@ checks the score, and <kbd>gaitsim run --from CODE</kbd> starts a run from the g
 """
 
 
-def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]) -> bytes:
+def index(title: str, cards: Iterable[RunCard], problems: Sequence[tuple[str, str]]) -> bytes:
     """Return the index, in UTF-8, sorted by body and fitness, then from the best score down.
 
     Args:
@@ -176,18 +176,18 @@ def index(title: str, cards: Iterable[Card], problems: Sequence[tuple[str, str]]
     ).encode()
 
 
-def ranked(cards: Iterable[Card]) -> list[Card]:
+def ranked(cards: Iterable[RunCard]) -> list[RunCard]:
     """Return cards sorted by body and fitness, then from the best score down."""
     return sorted(cards, key=lambda one: (one.body, one.fitness, -one.score, one.name))
 
 
-def _section(body: str, fitness: str, cards: Sequence[Card]) -> str:
+def _section(body: str, fitness: str, cards: Sequence[RunCard]) -> str:
     shown = "\n".join(_card(card, rank) for rank, card in enumerate(cards, 1))
     heading = f"<h2>{escaped(body)} <small>{escaped(fitness)}</small></h2>"
     return f'<section>\n{heading}\n<ol class="cards">\n{shown}\n</ol>\n</section>'
 
 
-def _card(card: Card, rank: int) -> str:
+def _card(card: RunCard, rank: int) -> str:
     name = escaped(card.name)
     unit = f" {escaped(card.unit)}" if card.unit else ""
     parts = [_link(_image(card), card.page) if card.pictures else '<p class="none">no picture</p>']
@@ -208,7 +208,7 @@ def _card(card: Card, rank: int) -> str:
     return "<li>\n" + "\n".join(filter(None, parts)) + "\n</li>"
 
 
-def _image(card: Card) -> str:
+def _image(card: RunCard) -> str:
     width, height = SIZE
     return (
         '<picture><source media="(prefers-color-scheme: dark)" '
@@ -217,7 +217,7 @@ def _image(card: Card) -> str:
     )
 
 
-def _code(card: Card) -> str:
+def _code(card: RunCard) -> str:
     size = f"{len(card.code):,} characters"
     if not card.code:
         return ""
@@ -276,7 +276,7 @@ def write_gallery(
         check_links(folder, "remove it, or choose a different folder")
     _write_record(out, [], before)  # marks the folder as a gallery from here on
     begin(len(paths))
-    cards: list[Card] = []
+    cards: list[RunCard] = []
     problems: list[tuple[str, str]] = []
     left = [*paths]
     try:
@@ -300,7 +300,7 @@ def write_gallery(
     return Gallery(out / INDEX, len(cards), tuple(problems))
 
 
-def _write_run(path: Path, out: Path, name: str) -> Card:
+def _write_run(path: Path, out: Path, name: str) -> RunCard:
     """Write the files of a run, and return its card.
 
     Args:
@@ -322,7 +322,7 @@ def _write_run(path: Path, out: Path, name: str) -> Card:
 def _finish(
     root: Path,
     out: Path,
-    cards: Sequence[Card],
+    cards: Sequence[RunCard],
     problems: Sequence[tuple[str, str]],
     before: set[str],
 ) -> set[str]:
@@ -336,7 +336,7 @@ def _finish(
     return written
 
 
-def _write_record(out: Path, cards: Iterable[Card], written: Iterable[str]) -> None:
+def _write_record(out: Path, cards: Iterable[RunCard], written: Iterable[str]) -> None:
     """Write the record that marks a folder as a gallery."""
     runs = [
         {

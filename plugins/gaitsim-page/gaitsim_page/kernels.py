@@ -98,7 +98,7 @@ def _functions() -> dict[str, Callable[[Any], None]]:
     import numba
 
     from gaitsim.plugin.toolkit import compiled, normal_fill as fill, scalar
-    from gaitsim_spider.damage import Legs
+    from gaitsim_spider.damage import LegData
     from gaitsim_spider.sums import sum_frames
     from gaitsim_spider.walking import walk
     from gaitsim_spider.waves import sum_waves
@@ -112,7 +112,7 @@ def _functions() -> dict[str, Callable[[Any], None]]:
             for joint in range(3 * leg, 3 * leg + 3):
                 for frame in range(m.angles.shape[2] if m.lost[leg] else 0):
                     m.angles[0, joint, frame] = np.float32(0.0)
-        legs = Legs(m.lengths, m.shares, m.hips)
+        legs = LegData(m.lengths, m.shares, m.hips)
         outputs = m.feet, m.centre, m.block, m.pose, m.stance, m.slip, m.margin, m.slope
         walk(m.angles, legs, (0.0, 0.0), *outputs)
         motion = m.pose, m.slip, m.margin, m.slope, m.angles

@@ -19,7 +19,7 @@ HEAVY = 1e4  # times the mass of a trunk that hangs
 WARMING = 300.0  # s, time constant of the temperature
 
 
-class Body:
+class ServoRobot:
     """A robot in MuJoCo whose servos hold goals, and stand off at the start.
 
     Args:

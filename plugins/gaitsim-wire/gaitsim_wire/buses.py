@@ -25,9 +25,9 @@ from gaitsim_wire.packets import (
     WRITE,
     Packet,
     Protocol,
-    Sketch,
+    SketchProtocol,
 )
-from gaitsim_wire.tables import IMU, IMU_LENGTH, ORIENTATION, RATES, TABLES, Field
+from gaitsim_wire.tables import IMU, IMU_LENGTH, ORIENTATION, RATES, TABLES, Register
 
 Floats = NDArray[np.float64]
 
@@ -339,16 +339,16 @@ class ServoBus(Bus):
                     return reply.data
         return None
 
-    def _get(self, number: int, part: Field) -> int | None:
+    def _get(self, number: int, part: Register) -> int | None:
         found = self._block(number, part.address, part.size)
         return None if found is None else part.read(found, part.address)
 
-    def _write_all(self, part: Field, value: int) -> None:
+    def _write_all(self, part: Register, value: int) -> None:
         """Write a value to all servos; repeated, as nothing confirms it."""
         for _ in range(3):
             self.port.write(self.protocol.encode(self._to_all(part, value)))
 
-    def _to_all(self, part: Field, value: int) -> Packet:
+    def _to_all(self, part: Register, value: int) -> Packet:
         return Packet(ALL, WRITE, self._number(part.address) + part.write(value))
 
     def read(self) -> Reading:
@@ -384,7 +384,7 @@ class ServoBus(Bus):
         """Command servo angles, (joints,) °."""
         self._write_each(self._table.goal, self._calibration.ticks(degrees).tolist())
 
-    def _write_each(self, part: Field, values: Sequence[int], times: int = 1) -> None:
+    def _write_each(self, part: Register, values: Sequence[int], times: int = 1) -> None:
         """Write a value to each servo of the calibration; may be repeated, as nothing confirms."""
         data = self._number(part.address) + self._number(part.size)
         for number, value in zip(self._ids, values, strict=True):
@@ -425,14 +425,14 @@ class ServoBus(Bus):
 class SketchBus(Bus):
     """A board with the sketch `receiver.ino`, whose hobby servos do not report their angles."""
 
-    protocol = Sketch()
+    protocol = SketchProtocol()
     senses_joints = False
     _sent, _state = 0, 0
 
     def check(self) -> None:
         """Check that the sketch is that of the calibration, and wait for its sensor."""
         for _ in range(TRIES):
-            status = self._exchange(Sketch.HELLO)
+            status = self._exchange(SketchProtocol.HELLO)
             if status is not None:
                 break
             self._sleep(0.5)  # many boards restart when their port is opened
@@ -459,7 +459,7 @@ class SketchBus(Bus):
                     remedy="keep the robot still for a second",
                 )
             self._sleep(0.05)
-            status = self._exchange(Sketch.STATUS)
+            status = self._exchange(SketchProtocol.STATUS)
 
     def _exchange(self, kind: int, data: bytes = b"") -> tuple[Any, ...] | None:
         """Send a packet; return the status, None without one."""
@@ -471,7 +471,7 @@ class SketchBus(Bus):
 
     def read(self) -> Reading:
         """Ask for the status."""
-        found, status = Reading.empty(self._joints), self._exchange(Sketch.STATUS)
+        found, status = Reading.empty(self._joints), self._exchange(SketchProtocol.STATUS)
         if status is None:
             return found
         state, _, _, volts, *tilt, sensor = status
@@ -489,7 +489,7 @@ class SketchBus(Bus):
 
     def _send(self, tenths: Floats) -> None:
         self._sent, self._state = (self._sent + 1) % 256, ON
-        packet = Packet(self._sent, Sketch.PULSES, tenths.astype("<u2").tobytes())
+        packet = Packet(self._sent, SketchProtocol.PULSES, tenths.astype("<u2").tobytes())
         self.port.write(self.protocol.encode(packet))
 
     def on(self, degrees: Floats) -> None:
@@ -502,4 +502,4 @@ class SketchBus(Bus):
 
     def off_frame(self) -> bytes:
         """Return the bytes that switch all servos off."""
-        return self.protocol.encode(Packet(0, Sketch.OFF))
+        return self.protocol.encode(Packet(0, SketchProtocol.OFF))

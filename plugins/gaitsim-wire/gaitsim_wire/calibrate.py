@@ -83,7 +83,7 @@ class Calibrate(Action):
         baud = baud_of(self.bus, self.baud)
         check_terminal("start the command in a terminal, or complete a calibration template")
         from gaitsim.screen import GaitsimApp, config_path, read_config
-        from gaitsim_wire.calibration_screen import Calibration
+        from gaitsim_wire.calibration_screen import CalibrationScreen
 
         with status("Preparing the robot …"):
             run = Path(self.model) / EXPERIMENT
@@ -101,7 +101,7 @@ class Calibrate(Action):
             after = command("drive", "RUN", *wire)
             app = GaitsimApp(
                 config=read_config(config_path()),
-                first=lambda: Calibration(calibrator, line, after),
+                first=lambda: CalibrationScreen(calibrator, line, after),
             )
             thread = Thread(target=calibrator.run)
             sys.setswitchinterval(0.0005)  # s; drawing must not delay the wire

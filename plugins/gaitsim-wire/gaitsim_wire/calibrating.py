@@ -21,7 +21,16 @@ from gaitsim_hardware.keyframes import Keyframes
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.skeleton import skeleton
 from gaitsim_wire.buses import Reading, ServoBus
-from gaitsim_wire.driving import LEAST_VOLTS, RATE, Limits, Player, Session, Status, Stopped, Tape
+from gaitsim_wire.driving import (
+    LEAST_VOLTS,
+    RATE,
+    Player,
+    SafetyLimits,
+    Session,
+    Status,
+    Stopped,
+    Tape,
+)
 from gaitsim_wire.robots import FORMATS, ends_of
 
 Floats = NDArray[np.float64]
@@ -226,7 +235,7 @@ class Calibrator:
             bus = self._bus([], calibration)
             if not jogs:
                 bus.check()
-            limits = Limits(volts=LEAST_VOLTS[kind])
+            limits = SafetyLimits(volts=LEAST_VOLTS[kind])
             Session(bus, player, calibration, limits, clock, sleep).run(frame)
         except Stopped as stop:
             if text := str(stop):

@@ -27,11 +27,11 @@ TASKS = {
 TITLES = "turns as in the picture", "standing pose", "lower end", "upper end"
 
 
-class Robot(BodyCanvas, can_focus=False):
+class RobotPicture(BodyCanvas, can_focus=False):
     """The picture that the real robot should look like."""
 
 
-class Calibration(GaitScreen):
+class CalibrationScreen(GaitScreen):
     """A robot whose servos a person turns one by one, beside a picture.
 
     Args:
@@ -55,7 +55,7 @@ Calibrate a real robot: find the direction, the standing pose and the ends of ea
 """
     BINDINGS = bindings("calibration")
     DEFAULT_CSS = """
-    Calibration {
+    CalibrationScreen {
         & #calibration { height: 1fr; }
         & #calibration-side { width: 33; border-left: solid $border-blurred; padding: 0 1; }
         & #calibration-task { height: auto; max-height: 6; padding: 0 1; background: $surface; }
@@ -66,7 +66,7 @@ Calibrate a real robot: find the direction, the standing pose and the ends of ea
     def __init__(self, calibrator: Calibrator, line: str, after: str) -> None:
         super().__init__()
         self.calibrator, self._line, self._after = calibrator, line, after
-        self.picture = Robot(message="drawing the robot …")
+        self.picture = RobotPicture(message="drawing the robot …")
         self.picture.ground = False  # the robot hangs
         self._shown = ""
         self.sub_title = f"calibrating {calibrator.path}"

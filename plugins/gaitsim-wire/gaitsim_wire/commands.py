@@ -219,7 +219,7 @@ class Drive(ChosenIndividual, WireOptions):
         from gaitsim.plugin.commands import notice
         from gaitsim.plugin.gait import gait_of
         from gaitsim_hardware.c_code import with_rhythm
-        from gaitsim_wire.driving import Walker, excitation
+        from gaitsim_wire.driving import GaitPlayer, excitation
         from gaitsim_wire.robots import calibration_of, pilot_of, robot_of
 
         if self.tape:
@@ -237,7 +237,7 @@ class Drive(ChosenIndividual, WireOptions):
         imu = self.imu or self.bus == "serial"
         pilot = pilot_of(robot, individual.genome, imu=imu)
         script = excitation() if self.excite else ()
-        return Walker(pilot, imu=imu, walk=self.walk, script=script), calibration
+        return GaitPlayer(pilot, imu=imu, walk=self.walk, script=script), calibration
 
 
 def _next_recording(individual: "Individual") -> Path:

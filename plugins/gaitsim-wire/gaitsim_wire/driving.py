@@ -48,7 +48,7 @@ class Stopped(Exception):
 
 
 @dataclass(frozen=True)
-class Limits:
+class SafetyLimits:
     """Limits of measurements beyond which the robot is stopped at once.
 
     Attributes:
@@ -96,7 +96,7 @@ class Player(ABC):
         return {}
 
 
-class Walker(Player):
+class GaitPlayer(Player):
     """A gait with its reflexes, which follows commands and stands at the start.
 
     Args:
@@ -299,7 +299,7 @@ class Session:
         bus: Bus,
         player: Player,
         calibration: Calibration,
-        limits: Limits,
+        limits: SafetyLimits,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
     ) -> None:

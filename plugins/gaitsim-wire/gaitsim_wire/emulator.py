@@ -13,7 +13,7 @@ from gaitsim.plugin import GaitsimError
 from gaitsim_hardware.arduino import servo_checksum
 from gaitsim_hardware.calibration import Calibration
 from gaitsim_robot.rollout import tilt_and_yaw
-from gaitsim_wire.body import Body
+from gaitsim_wire.body import ServoRobot
 from gaitsim_wire.packets import (
     ALL,
     PING,
@@ -23,9 +23,9 @@ from gaitsim_wire.packets import (
     WRITE,
     Packet,
     Protocol,
-    Sketch,
+    SketchProtocol,
 )
-from gaitsim_wire.tables import IMU, ORIENTATION, RATES, TABLES, Field
+from gaitsim_wire.tables import IMU, ORIENTATION, RATES, TABLES, Register
 
 GAP = 0.01  # s, silence after which an incomplete packet is dropped
 WATCHDOG = 0.2  # s without valid pulses, after which the sketch switches the servos off
@@ -123,7 +123,7 @@ class Emulator(ABC):
 
     def __init__(
         self,
-        body: Body,
+        body: ServoRobot,
         calibration: Calibration,
         faults: Sequence[Fault] = (),
         noise: Noise | None = None,
@@ -205,7 +205,7 @@ class Emulator(ABC):
         self.body.goal[joint] = goals[joint]
 
 
-class ServoBus(Emulator):
+class EmulatedBus(Emulator):
     """A robot whose servos share a bus, with an IMU as that of an OpenCR board.
 
     Args:
@@ -217,7 +217,7 @@ class ServoBus(Emulator):
     def __init__(
         self,
         bus: str,
-        body: Body,
+        body: ServoRobot,
         calibration: Calibration,
         faults: Sequence[Fault] = (),
         noise: Noise | None = None,
@@ -238,11 +238,11 @@ class ServoBus(Emulator):
             self._set(number, table.most, 4095)
             self._set(number, table.goal, int(goals[joint]))
 
-    def _set(self, number: int, part: Field, value: int) -> None:
+    def _set(self, number: int, part: Register, value: int) -> None:
         memory, at = self._memory[number], part.address
         memory[at : at + part.size] = part.write(value)
 
-    def _get(self, number: int, part: Field) -> int:
+    def _get(self, number: int, part: Register) -> int:
         return part.read(self._memory[number], 0)
 
     def inject(self, fault: Fault) -> None:
@@ -358,11 +358,11 @@ OFF, ON, TRIPPED = range(3)
 class SketchBoard(Emulator):
     """A microcontroller with the sketch `receiver.ino`, hobby servos and an MPU6050."""
 
-    protocol = Sketch()
+    protocol = SketchProtocol()
 
     def __init__(
         self,
-        body: Body,
+        body: ServoRobot,
         calibration: Calibration,
         faults: Sequence[Fault] = (),
         noise: Noise | None = None,
@@ -377,14 +377,14 @@ class SketchBoard(Emulator):
 
     def _answer(self, packet: Packet, seconds: float) -> list[bytes]:
         """Carry out a packet, and return the frame of the status."""
-        if packet.kind == Sketch.HELLO:
+        if packet.kind == SketchProtocol.HELLO:
             self._state, self._yaw = OFF, 0.0
             self.body.on[:] = False
-        elif packet.kind == Sketch.OFF:
+        elif packet.kind == SketchProtocol.OFF:
             self._state = OFF
             self.body.on[:] = False
         elif (
-            packet.kind == Sketch.PULSES
+            packet.kind == SketchProtocol.PULSES
             and self._state != TRIPPED
             and len(packet.data) == 2 * len(self.body.on)
         ):
@@ -397,7 +397,7 @@ class SketchBoard(Emulator):
         volts, joints = round(1000 * self._voltage), len(self.body.on)
         checksum = servo_checksum(self._calibration)
         data = STATE.pack(self._state, joints, checksum, volts, *tilt, *rates, 1)
-        status = Packet(packet.id, Sketch.STATUS, data)
+        status = Packet(packet.id, SketchProtocol.STATUS, data)
         return [self.protocol.encode(status, reply=True)]
 
     def _move(self, pulses: NDArray[np.float64]) -> None:

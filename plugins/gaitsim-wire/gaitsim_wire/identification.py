@@ -165,7 +165,7 @@ def _filled(values: Floats) -> Floats | None:
     return np.stack(gapless, axis=1)
 
 
-class Replay:
+class RecordingReplay:
     """Simulations of the commands of recordings, window by window from measured states.
 
     Within a window, a simulation is started from the measured angles, tilt and rates, since a
@@ -394,7 +394,7 @@ def _size(parameters: int) -> int:
 
 
 def identify(
-    replay: Replay, rounds: int, advance: Callable[[], object], seed: int = 0
+    replay: RecordingReplay, rounds: int, advance: Callable[[], object], seed: int = 0
 ) -> tuple[Identified, bool]:
     """Fit the parameters of a robot; return them, and whether KeyboardInterrupt ended the fit.
 

@@ -74,7 +74,12 @@ class Identify(Action):
         )
         from gaitsim.plugin.gait import check_folder
         from gaitsim.plugin.runs import load_experiment, parse_assignments, write_bytes
-        from gaitsim_wire.identification import Replay, identify, read_recording, simulations
+        from gaitsim_wire.identification import (
+            RecordingReplay,
+            identify,
+            read_recording,
+            simulations,
+        )
         from gaitsim_wire.robots import robot_of
 
         if self.save is not None:
@@ -87,7 +92,7 @@ class Identify(Action):
                 read_recording(Path(one), robot.joint_names(), length)
                 for one, length in zip(self.recordings, lengths, strict=True)
             ]
-            replay = Replay(robot, recordings, self.workers or os.cpu_count() or 1)
+            replay = RecordingReplay(robot, recordings, self.workers or os.cpu_count() or 1)
         if not all("orientation" in one.values for one in recordings):
             notice("Without an IMU, errors of horns hardly show: drive with --imu.")
         total = simulations(self.rounds, len(replay.names))

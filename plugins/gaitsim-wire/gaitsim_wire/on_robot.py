@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from gaitsim.plugin.runs import Individual
     from gaitsim_adaptation.answers import AnswerReader
     from gaitsim_adaptation.trials import Proposal
-    from gaitsim_wire.trials import Played, RobotSearch, Trial
+    from gaitsim_wire.trials import Played, RobotSearch, RobotTrial
 
 READY = "Put the robot at its start. Enter plays the gait; Space then stops the robot: "
 
@@ -260,7 +260,7 @@ def _play(wire: WireOptions, individual: Individual, file: Path) -> Played:
     return played
 
 
-def _line(search: RobotSearch, number: int, trial: Trial) -> str:
+def _line(search: RobotSearch, number: int, trial: RobotTrial) -> str:
     """Return a line about a trial."""
     outcome = "" if trial.outcome == "walked" else f", {trial.outcome}"
     score = search.log.score(trial)

@@ -79,7 +79,7 @@ class Protocol(ABC):
                 yield packet
 
 
-class Feetech(Protocol):
+class FeetechProtocol(Protocol):
     """The protocol of Feetech's SCS and STS servos, as of Dynamixel servos before 2.0.
 
     A frame is FF FF, id, length, kind, data, and the complement of the sum of the bytes after the
@@ -128,7 +128,7 @@ def crc16(data: bytes) -> int:
     return crc
 
 
-class Dynamixel(Protocol):
+class DynamixelProtocol(Protocol):
     """Dynamixel's protocol 2.0.
 
     A frame is FF FF FD 00, id, length, kind, data and a CRC; a reply has the kind 55, and its error
@@ -165,7 +165,7 @@ class Dynamixel(Protocol):
         return Packet(frame[4], body[1], body[2:]) if reply else Packet(frame[4], body[0], body[1:])
 
 
-class Sketch(Protocol):
+class SketchProtocol(Protocol):
     """The protocol of gaitsim's sketch `receiver.ino`.
 
     A frame is A5 5A, number, length of the data, kind, data and a CRC-32 of all bytes before it,

@@ -14,9 +14,9 @@ from gaitsim_hardware.calibration import Calibration, default_calibration
 from gaitsim_hardware.calibration_file import read_calibration
 from gaitsim_robot.feeling import Pilot
 from gaitsim_robot.organism import Robot
-from gaitsim_wire.body import Body
-from gaitsim_wire.buses import Bus, ServoBus as ServoClient, SketchBus
-from gaitsim_wire.emulator import Emulator, Noise, ServoBus, SketchBoard, parse_fault
+from gaitsim_wire.body import ServoRobot
+from gaitsim_wire.buses import Bus, ServoBus, SketchBus
+from gaitsim_wire.emulator import EmulatedBus, Emulator, Noise, SketchBoard, parse_fault
 from gaitsim_wire.tables import TABLES
 
 Floats = NDArray[np.float64]
@@ -72,7 +72,7 @@ def bus_of(kind: str, port: Any, baud: int, calibration: Calibration, *, imu: bo
     """Return the client of a wire; arguments as in `Bus` and `ServoBus`."""
     if kind == "serial":
         return SketchBus(port, baud, calibration)
-    return ServoClient(kind, port, baud, calibration, imu=imu)
+    return ServoBus(kind, port, baud, calibration, imu=imu)
 
 
 def pilot_of(robot: Robot, genome: Any, *, imu: bool) -> Pilot:
@@ -126,7 +126,7 @@ def create_emulator(
     robot = robot_of(experiment)
     calibration = calibration_of(robot, bus, file)
     parsed = [parse_fault(text, robot.joint_names()) for text in faults]
-    body = Body(robot.simulation, hung=hung)
+    body = ServoRobot(robot.simulation, hung=hung)
     if bus == "serial":
         return SketchBoard(body, calibration, parsed, noise)
-    return ServoBus(bus, body, calibration, parsed, noise, imu=imu)
+    return EmulatedBus(bus, body, calibration, parsed, noise, imu=imu)

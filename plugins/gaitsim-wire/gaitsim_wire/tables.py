@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gaitsim_wire.packets import Dynamixel, Feetech, Protocol
+from gaitsim_wire.packets import DynamixelProtocol, FeetechProtocol, Protocol
 
 
 @dataclass(frozen=True)
-class Field:
+class Register:
     """A value in a control table, its lowest byte first.
 
     Attributes:
@@ -37,7 +37,7 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Table:
+class ControlTable:
     """The control table of a family of servos.
 
     Sources: Feetech, memory table of STS3215; ROBOTIS e-Manual, XL430-W250.
@@ -57,19 +57,19 @@ class Table:
     models: Mapping[str, int]
     bauds: tuple[int, ...]
     voltage: float
-    model: Field
-    mode: Field
+    model: Register
+    mode: Register
     position_mode: int
-    least: Field
-    most: Field
-    torque: Field
-    goal: Field
-    position: Field
-    load: Field
-    volts: Field
-    temperature: Field
-    reverse: Field | None = None
-    watchdog: Field | None = None
+    least: Register
+    most: Register
+    torque: Register
+    goal: Register
+    position: Register
+    load: Register
+    volts: Register
+    temperature: Register
+    reverse: Register | None = None
+    watchdog: Register | None = None
 
     @property
     def watched(self) -> tuple[int, int]:
@@ -80,41 +80,41 @@ class Table:
 
 
 TABLES = {
-    "feetech": Table(
-        Feetech(),
+    "feetech": ControlTable(
+        FeetechProtocol(),
         {"sts3215": 777},
         (1_000_000, 500_000, 115_200, 38_400),
         7.4,
-        model=Field(3, 2),
-        mode=Field(33),
+        model=Register(3, 2),
+        mode=Register(33),
         position_mode=0,
-        least=Field(9, 2, 15),
-        most=Field(11, 2, 15),
-        torque=Field(40),
-        goal=Field(42, 2, 15),
-        position=Field(56, 2, 15),
-        load=Field(60, 2, 10),
-        volts=Field(62),
-        temperature=Field(63),
+        least=Register(9, 2, 15),
+        most=Register(11, 2, 15),
+        torque=Register(40),
+        goal=Register(42, 2, 15),
+        position=Register(56, 2, 15),
+        load=Register(60, 2, 10),
+        volts=Register(62),
+        temperature=Register(63),
     ),
-    "dynamixel": Table(
-        Dynamixel(),
+    "dynamixel": ControlTable(
+        DynamixelProtocol(),
         {"xl430-w250": 1060},
         (1_000_000, 57_600, 115_200, 2_000_000, 3_000_000, 4_000_000),
         11.1,
-        model=Field(0, 2),
-        mode=Field(11),
+        model=Register(0, 2),
+        mode=Register(11),
         position_mode=3,
-        least=Field(52, 4),
-        most=Field(48, 4),
-        torque=Field(64),
-        goal=Field(116, 4),
-        position=Field(132, 4),
-        load=Field(126, 2),
-        volts=Field(144, 2),
-        temperature=Field(146),
-        reverse=Field(10),
-        watchdog=Field(98),
+        least=Register(52, 4),
+        most=Register(48, 4),
+        torque=Register(64),
+        goal=Register(116, 4),
+        position=Register(132, 4),
+        load=Register(126, 2),
+        volts=Register(144, 2),
+        temperature=Register(146),
+        reverse=Register(10),
+        watchdog=Register(98),
     ),
 }
 """Control tables by bus."""

@@ -95,7 +95,7 @@ def _felt(orientation: NDArray[np.float64], driving: NDArray[np.bool_]) -> Playe
 
 
 @dataclass(frozen=True)
-class Trial:
+class RobotTrial:
     """A gait that was played on the robot.
 
     Attributes:
@@ -141,10 +141,10 @@ class Log:
     seed: int = 0
     step: float = 0.05
     turn_weight: float = 0.5
-    trials: tuple[Trial, ...] = ()
+    trials: tuple[RobotTrial, ...] = ()
     format: Literal[1] = 1
 
-    def score(self, trial: Trial) -> float:
+    def score(self, trial: RobotTrial) -> float:
         """Return the score of a trial, m; NaN for a gait that could not be played."""
         if trial.outcome == "could not play":
             return math.nan
@@ -214,7 +214,7 @@ class RobotSearch:
             return 0.0
 
     @property
-    def best(self) -> Trial | None:
+    def best(self) -> RobotTrial | None:
         """The trial with the highest score; None before the first that could be played."""
         played = [trial for trial in self.log.trials if trial.outcome != "could not play"]
         return max(played, key=self.log.score, default=None)
@@ -223,17 +223,17 @@ class RobotSearch:
         """Return a gait of the search, as simulated."""
         return replace(self.start, genome=np.array(genome), member=None)
 
-    def code(self, trial: Trial) -> str:
+    def code(self, trial: RobotTrial) -> str:
         """Return the code of a gait, with its score in simulation."""
         individual = self.individual(trial.genome)
         score = float(evaluate(individual.experiment, np.array(trial.genome)).scores[0])
         return code_of(replace(individual, score=score))
 
-    def record(self, answer: Answer, played: Played) -> Trial:
+    def record(self, answer: Answer, played: Played) -> RobotTrial:
         """Add the result of the proposed gait, and save it."""
         sway = None if math.isnan(played.sway) else played.sway
         genome = tuple(self.proposal.tolist())
-        trial = Trial(genome, answer.values, answer.outcome, answer.text, sway)
+        trial = RobotTrial(genome, answer.values, answer.outcome, answer.text, sway)
         self._replace((*self.log.trials, trial))
         return trial
 
@@ -247,7 +247,7 @@ class RobotSearch:
             raise GaitsimError("there is no result to undo", where="undo")
         self._replace(self.log.trials[:-1])
 
-    def _replace(self, trials: tuple[Trial, ...]) -> None:
+    def _replace(self, trials: tuple[RobotTrial, ...]) -> None:
         if read_log(self.path) != self._saved:
             raise RunError(
                 f"{self.path} has changed since it was read: another process is using it",

@@ -113,7 +113,7 @@ class WireOptions(BaseModel):
             KeyboardInterrupt: the user stopped the robot.
         """
         from gaitsim.plugin.commands import interruptible, notice, status
-        from gaitsim_wire.driving import LEAST_VOLTS, Limits, Session, Stopped
+        from gaitsim_wire.driving import LEAST_VOLTS, SafetyLimits, Session, Stopped
         from gaitsim_wire.ports import open_port
         from gaitsim_wire.robots import bus_of
         from gaitsim_wire.terminal import deadman, poller, raw_keys, say
@@ -130,7 +130,9 @@ class WireOptions(BaseModel):
                     bus.check()
                 if self.bus != "serial" and not self.imu:
                     notice("Without --imu, tipping over is not noticed.")
-                session = Session(bus, player, calibration, Limits(self.max_temperature, volts))
+                session = Session(
+                    bus, player, calibration, SafetyLimits(self.max_temperature, volts)
+                )
                 with deadman(port.fileno(), bus.off_frame()), raw_keys() as keys:
                     session.run(poller(player, keys, names, seconds))
             say("The robot has lain down; its servos are off.")

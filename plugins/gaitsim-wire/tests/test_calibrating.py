@@ -14,7 +14,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.tui.app import GaitsimApp
 from gaitsim_hardware.calibration_file import read_calibration, write_joint
 from gaitsim_wire.calibrating import Calibrator
-from gaitsim_wire.calibration_screen import Calibration
+from gaitsim_wire.calibration_screen import CalibrationScreen
 from gaitsim_wire.emulator import Fault
 from gaitsim_wire.robots import FORMATS, calibration_of
 
@@ -233,7 +233,7 @@ async def test_keys_turn_and_calibrate_a_joint_beside_its_picture(planted, tmp_p
     person = Person("feetech", planted("feetech"), tmp_path / "robot.toml")
     person.pace = 0.2  # or the screen would have to wait
     found, serving = person.calibrator, Thread(target=person.calibrator.run)
-    app = GaitsimApp(first=lambda: Calibration(found, "gaitsim robots calibrate", "next"))
+    app = GaitsimApp(first=lambda: CalibrationScreen(found, "gaitsim robots calibrate", "next"))
     async with app.run_test(size=(80, 24)) as pilot:
         serving.start()
         screen = app.screen

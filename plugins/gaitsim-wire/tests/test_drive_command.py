@@ -10,7 +10,7 @@ from select import select
 
 import pytest
 
-from gaitsim_wire.packets import READ, Feetech, Packet
+from gaitsim_wire.packets import READ, FeetechProtocol, Packet
 
 serial = pytest.importorskip("serial")
 GAITSIM = [sys.executable, "-m", "gaitsim"]
@@ -72,12 +72,12 @@ def until(master, text):
 
 def torque_off(folder):
     """Wait until the port is free, and return whether the torque of the first servo is off."""
-    ask, end = Feetech().encode(Packet(1, READ, bytes([40, 1]))), time.monotonic() + 5
+    ask, end = FeetechProtocol().encode(Packet(1, READ, bytes([40, 1]))), time.monotonic() + 5
     while True:
         try:
             with serial.Serial(str(folder / "port"), 1_000_000, timeout=2, exclusive=True) as port:
                 port.write(ask)
-                return port.read(7) == Feetech().encode(Packet(1, 0, b"\0"))
+                return port.read(7) == FeetechProtocol().encode(Packet(1, 0, b"\0"))
         except serial.SerialException:
             assert time.monotonic() < end, "the port is not freed"
 

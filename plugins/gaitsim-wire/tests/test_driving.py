@@ -9,7 +9,7 @@ from wires import Wire, quadruped, robot_on
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import read_gait
 from gaitsim_hardware.calibration import Calibration
-from gaitsim_wire.driving import Limits, Session, Stopped, Walker
+from gaitsim_wire.driving import GaitPlayer, SafetyLimits, Session, Stopped
 from gaitsim_wire.emulator import Fault, Noise
 from gaitsim_wire.robots import bus_of, calibration_of, pilot_of
 
@@ -50,9 +50,9 @@ def driven(connected, pilot):
     def begin(bus, *faults, imu=True, walk=True, limits=None, **options):
         found = connected(bus, *faults, imu=imu, **options)
         found.bus.check()
-        found.player = Walker(pilot(imu), imu=imu, walk=walk)
+        found.player = GaitPlayer(pilot(imu), imu=imu, walk=walk)
         found.session = Session(
-            found.bus, found.player, found.calibration, limits or Limits(volts=4.5),
+            found.bus, found.player, found.calibration, limits or SafetyLimits(volts=4.5),
             found.wire.time, found.wire.sleep,
         )  # fmt: skip
         return found

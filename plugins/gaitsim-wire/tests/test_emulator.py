@@ -11,11 +11,18 @@ from wires import quadruped, robot_on
 
 from gaitsim.errors import GaitsimError
 from gaitsim_wire.emulator import OFF, ON, STATE, TRIPPED, Fault, Noise, parse_fault
-from gaitsim_wire.packets import READ, Dynamixel, Feetech, Packet, Sketch, crc16
+from gaitsim_wire.packets import (
+    READ,
+    DynamixelProtocol,
+    FeetechProtocol,
+    Packet,
+    SketchProtocol,
+    crc16,
+)
 from gaitsim_wire.robots import calibration_of
-from gaitsim_wire.tables import Field
+from gaitsim_wire.tables import Register
 
-PROTOCOLS = Feetech(), Dynamixel(), Sketch()
+PROTOCOLS = FeetechProtocol(), DynamixelProtocol(), SketchProtocol()
 packets = strategies.builds(
     Packet, strategies.integers(0, 253), strategies.integers(1, 100),
     strategies.lists(strategies.sampled_from([0, 1, 0xFD, 0xFF, 0xA5, 0x5A]), max_size=40)
@@ -44,11 +51,11 @@ def test_a_changed_byte_never_gives_another_packet(protocol, sent, at, change):
     wire[at % len(wire)] ^= change
     found = [*protocol.take(wire, final=True)]
     # A sum of bytes finds any one changed byte, but rarely two parts of a frame look like one.
-    assert not found or found == [sent] or isinstance(protocol, Feetech)
+    assert not found or found == [sent] or isinstance(protocol, FeetechProtocol)
 
 
 def test_frames_behind_a_wrong_length_are_found_in_the_end():
-    protocol = Feetech()
+    protocol = FeetechProtocol()
     wire = bytearray(protocol.encode(Packet(1, 0)) + protocol.encode(Packet(2, 0)))
     wire[3] = 200
     assert not [*protocol.take(wire, reply=True)]
@@ -57,16 +64,16 @@ def test_frames_behind_a_wrong_length_are_found_in_the_end():
 
 def test_known_frames():
     # The example of a ping in ROBOTIS's e-Manual, and of Feetech's manual.
-    assert Dynamixel().encode(Packet(1, 1)) == bytes.fromhex("fffffd00010300 01194e")
+    assert DynamixelProtocol().encode(Packet(1, 1)) == bytes.fromhex("fffffd00010300 01194e")
     assert crc16(bytes.fromhex("fffffd00010300 01")) == 0x4E19
-    assert Feetech().encode(Packet(1, 1)) == bytes.fromhex("ffff010201fb")
+    assert FeetechProtocol().encode(Packet(1, 1)) == bytes.fromhex("ffff010201fb")
 
 
 def test_fields_have_their_signs():
-    assert Field(60, 2, 10).write(-5) == b"\x05\x04"
-    assert Field(60, 2, 10).read(b"\x05\x04", 60) == -5
-    assert Field(126, 2).read(Field(126, 2).write(-5), 126) == -5
-    assert Field(63).read(b"\xc8", 63) == 200
+    assert Register(60, 2, 10).write(-5) == b"\x05\x04"
+    assert Register(60, 2, 10).read(b"\x05\x04", 60) == -5
+    assert Register(126, 2).read(Register(126, 2).write(-5), 126) == -5
+    assert Register(63).read(b"\xc8", 63) == 200
 
 
 def test_the_same_bytes_at_the_same_times_give_the_same_replies():
@@ -114,19 +121,21 @@ def told(robot, packet, now):
 
 def test_the_board_switches_servos_off_when_pulses_stop():
     robot = robot_on("serial")
-    state, joints, _, volts, *_ = told(robot, Packet(7, Sketch.HELLO), 0.0)
+    state, joints, _, volts, *_ = told(robot, Packet(7, SketchProtocol.HELLO), 0.0)
     assert (state, joints, volts) == (OFF, 12, 6000)
     pulses = np.full(12, 15000, "<u2").tobytes()
-    assert told(robot, Packet(8, Sketch.PULSES, pulses), 0.1)[0] == ON
+    assert told(robot, Packet(8, SketchProtocol.PULSES, pulses), 0.1)[0] == ON
     assert robot.body.on.all()
-    assert told(robot, Packet(9, Sketch.STATUS), 0.2)[0] == ON, "but no pulses"
-    assert told(robot, Packet(9, Sketch.STATUS), 0.4)[0] == TRIPPED
+    assert told(robot, Packet(9, SketchProtocol.STATUS), 0.2)[0] == ON, "but no pulses"
+    assert told(robot, Packet(9, SketchProtocol.STATUS), 0.4)[0] == TRIPPED
     assert not robot.body.on.any()
-    assert told(robot, Packet(8, Sketch.PULSES, pulses), 0.5)[0] == TRIPPED, "until it is greeted"
-    told(robot, Packet(8, Sketch.HELLO), 0.6)
-    assert told(robot, Packet(8, Sketch.PULSES, pulses[:2] + bytes(22)), 0.7)[0] == ON
+    assert told(robot, Packet(8, SketchProtocol.PULSES, pulses), 0.5)[0] == TRIPPED, (
+        "until it is greeted"
+    )
+    told(robot, Packet(8, SketchProtocol.HELLO), 0.6)
+    assert told(robot, Packet(8, SketchProtocol.PULSES, pulses[:2] + bytes(22)), 0.7)[0] == ON
     assert [*np.flatnonzero(robot.body.on)] == [0]
-    assert told(robot, Packet(8, Sketch.OFF), 0.8)[0] == OFF
+    assert told(robot, Packet(8, SketchProtocol.OFF), 0.8)[0] == OFF
     assert not robot.body.on.any()
 
 
@@ -166,10 +175,10 @@ def test_the_command_serves_a_port_at_its_baud_rate(tmp_path):
             assert (
                 process.stdout.readline() == "port: quadruped, feetech, 12 servos, 1000000 baud\n"
             )
-            ask = Feetech().encode(Packet(3, READ, bytes([3, 2])))
+            ask = FeetechProtocol().encode(Packet(3, READ, bytes([3, 2])))
             for baud, expected in (
                 (57600, b""),
-                (1_000_000, Feetech().encode(Packet(3, 0, b"\t\3"))),
+                (1_000_000, FeetechProtocol().encode(Packet(3, 0, b"\t\3"))),
             ):
                 with serial.Serial(str(tmp_path / "port"), baud, timeout=0.5) as port:
                     port.write(ask)

@@ -9,12 +9,12 @@ from wires import Wire, quadruped, robot_on
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim_wire import driving, identification
-from gaitsim_wire.driving import Limits, Session, Walker, excitation
+from gaitsim_wire.driving import GaitPlayer, SafetyLimits, Session, excitation
 from gaitsim_wire.identification import (
     WORLD,
     Identified,
     Parameter,
-    Replay,
+    RecordingReplay,
     identify,
     read_recording,
     simulations,
@@ -37,8 +37,8 @@ def recorded(tmp_path_factory):
     pilot = pilot_of(robot, next(iter(robot.starts().values())), imu=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(driving, "EXCITED", 1.2)
-        walker = Walker(pilot, imu=True, walk=False, script=excitation())
-    session = Session(bus, walker, calibration, Limits(volts=4.5), wire.time, wire.sleep)
+        walker = GaitPlayer(pilot, imu=True, walk=False, script=excitation())
+    session = Session(bus, walker, calibration, SafetyLimits(volts=4.5), wire.time, wire.sleep)
     session.run(lambda status: None)
     session.recording.write(path, JOINTS)
     errors = np.degrees(wire.emulator.body._simulation.offset)
@@ -60,7 +60,7 @@ def test_an_excitation_ends_by_itself(recorded):
 
 @pytest.mark.parametrize("name", ["latency", "friction", "horns"])
 def test_measurements_are_closest_to_a_simulation_of_the_robot_itself(recorded, name):
-    replay = Replay(quadruped().organism, [read_recording(recorded.path, JOINTS)], 1)
+    replay = RecordingReplay(quadruped().organism, [read_recording(recorded.path, JOINTS)], 1)
     true = np.array([0.6, 1.0, 1.0, 0.05, *recorded.errors])
     other = true.copy()
     part = slice(len(WORLD), None) if name == "horns" else [*WORLD].index(name)

@@ -65,7 +65,7 @@ def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) 
     check_size(root, assets, where)
     model = _compiled(tostring(root, "unicode"), assets, where, scale)
     _check_values(model, where)
-    robot = _Reader(model, where, repairs).robot()
+    robot = _MjcfReader(model, where, repairs).robot()
     for body in robot.root.walk():
         body.incomplete = body.name in incomplete
     return robot
@@ -130,7 +130,7 @@ def _name(model: Any, kind: str, index: int) -> str:
     return mujoco.mj_id2name(model, getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}"), index) or ""
 
 
-class _Reader:
+class _MjcfReader:
     def __init__(self, model: Any, where: str, repairs: list[str]) -> None:
         self._model = model
         self._where = where

@@ -31,7 +31,7 @@ _KINDS = {
 def read_urdf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     """Return the robot of a URDF document."""
     _check_expanded(root, where)
-    return _Reader(root, files, where).robot()
+    return _UrdfReader(root, files, where).robot()
 
 
 def _check_expanded(root: Element, where: str) -> None:
@@ -48,7 +48,7 @@ def _check_expanded(root: Element, where: str) -> None:
             )
 
 
-class _Reader:
+class _UrdfReader:
     def __init__(self, root: Element, files: RobotFiles, where: str) -> None:
         self._root = root
         self._files = files

@@ -13,13 +13,13 @@ from gaitsim.errors import GaitsimError
 from gaitsim.individual import Individual
 from gaitsim_hardware.arduino import create_receiver_sketch, servo_checksum, write_sketch
 from gaitsim_wire.emulator import OFF, ON, STATE, TRIPPED
-from gaitsim_wire.packets import Packet, Sketch
+from gaitsim_wire.packets import Packet, SketchProtocol
 
 STUBS = Path(__file__).parent / "stubs"
 CXX = shutil.which("g++") or shutil.which("clang++")
 NAMES = ("L1 hip", "L1 knee", "R1 hip")
 CALIBRATION = calibrate(NAMES, min=-45.0, max=60.0)
-PROTOCOL = Sketch()
+PROTOCOL = SketchProtocol()
 
 
 @pytest.fixture(scope="module")
@@ -70,7 +70,7 @@ def pulses_of(*us):
 def test_it_plays_pulses_within_limits_and_says_who_it_is(board):
     told = pulses_of(15000, 60000, 0)
     states, pulses = board(
-        1500, frame(Sketch.HELLO), 1600, frame(Sketch.PULSES, told, 9), 1601, b""
+        1500, frame(SketchProtocol.HELLO), 1600, frame(SketchProtocol.PULSES, told, 9), 1601, b""
     )
     assert [(one[0], one[1], one[2]) for one in states] == [(1500, 1, OFF), (1600, 9, ON)]
     assert states[0][3:6] == (3, servo_checksum(CALIBRATION), 0)
@@ -82,10 +82,11 @@ def test_it_plays_pulses_within_limits_and_says_who_it_is(board):
 
 
 def test_it_switches_off_without_pulses_until_it_is_greeted(board):
-    told = frame(Sketch.PULSES, pulses_of(15000, 15000, 15000))
+    told = frame(SketchProtocol.PULSES, pulses_of(15000, 15000, 15000))
     states, pulses = board(
-        100, frame(Sketch.HELLO), 200, told, 300, frame(Sketch.STATUS), 450, told, 500,
-        frame(Sketch.HELLO), 510, told, 550, frame(Sketch.OFF), 560, b"",
+        100, frame(SketchProtocol.HELLO), 200, told, 300, frame(SketchProtocol.STATUS),
+        450, told, 500, frame(SketchProtocol.HELLO), 510, told, 550, frame(SketchProtocol.OFF),
+        560, b"",
     )  # fmt: skip
     assert [one[2] for one in states] == [OFF, ON, ON, TRIPPED, OFF, ON, OFF]
     assert [time for time, _, us in pulses if us is None and 300 < time < 500] == [401, 401, 401]
@@ -94,9 +95,11 @@ def test_it_switches_off_without_pulses_until_it_is_greeted(board):
 
 
 def test_wrong_bytes_move_nothing(board):
-    rng, told, right = np.random.default_rng(3), [50, frame(Sketch.HELLO)], set()
+    rng, told, right = np.random.default_rng(3), [50, frame(SketchProtocol.HELLO)], set()
     for number in range(120):
-        data = bytearray(frame(Sketch.PULSES, pulses_of(*[15000 + 10 * number] * 3), number))
+        data = bytearray(
+            frame(SketchProtocol.PULSES, pulses_of(*[15000 + 10 * number] * 3), number)
+        )
         if number % 3:
             data[rng.integers(len(data))] ^= rng.integers(1, 256)
             if number % 3 == 2:
@@ -112,7 +115,7 @@ def test_wrong_bytes_move_nothing(board):
 
 
 def test_it_measures_tilt_after_a_second_at_rest(board):
-    ask = frame(Sketch.STATUS)
+    ask = frame(SketchProtocol.STATUS)
     states, _ = board(500, ask, 1500, ask, 1600, "!", 6000, ask, 6001, b"")
     assert [one[-1] for one in states] == [2, 1, 1]
     assert states[1][6:9] == (0, 0, 0)
