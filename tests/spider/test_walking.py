@@ -242,14 +242,6 @@ def test_two_feet_in_one_place_count_once() -> None:
     assert result["margin"] == pytest.approx(-sides[:, 2].max(), rel=1e-4)
 
 
-def random_poses(count: int) -> tuple[np.ndarray, np.ndarray]:
-    angles = np.random.default_rng(0).uniform(-0.35, 0.35, (count, 24, 2)).astype(np.float32)
-    angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
-    feet, centre = np.empty((count, 3, 8, 2), np.float32), np.empty((count, 3, 2), np.float32)
-    place_feet(angles, damaged_anatomy(()).legs, feet, centre)
-    return feet, centre
-
-
 def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
     angles = np.random.default_rng(0).uniform(-0.35, 0.35, (100, 24, 2)).astype(np.float32)
     angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
