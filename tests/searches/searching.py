@@ -1,5 +1,6 @@
 """Run a search on a function of genomes, without bodies."""
 
+import io
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -16,6 +17,15 @@ def box(genes: int, lower: float = -5, upper: float = 5, **parts: Any) -> RealSp
     """Return a real space with equal bounds for all genes."""
     labels = tuple(f"gene {index}" for index in range(genes))
     return RealSpace(np.full(genes, float(lower)), np.full(genes, float(upper)), labels, **parts)
+
+
+def saved(state: State) -> State:
+    """Write the state to a file, and return it as read from there."""
+    file = io.BytesIO()
+    np.savez(file, **state)  # type: ignore[arg-type]
+    file.seek(0)
+    with np.load(file) as arrays:
+        return dict(arrays)
 
 
 def generations(

@@ -1,6 +1,5 @@
 """CMA-ES: constants, evaluations to reach targets, invariances and saved states."""
 
-import io
 from dataclasses import replace
 from itertools import islice, takewhile
 
@@ -8,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.special import gamma
 from scipy.stats import ortho_group
-from searching import box, generations
+from searching import box, generations, saved
 
 from gaitsim.contracts.search import Context, Results
 from gaitsim_searches import cma_es as fold
@@ -34,15 +33,6 @@ def evaluations(search, score, *, target=-1e-9, population=10, genes=GENES):
     found = generations(search, box(genes), score, population)
     missed = takewhile(lambda each: each[1].scores.max() < target, islice(found, 2_000))
     return population * (1 + sum(1 for _ in missed))
-
-
-def saved(state):
-    """Write the state to a file, and return it as read from there."""
-    file = io.BytesIO()
-    np.savez(file, **state)
-    file.seek(0)
-    with np.load(file) as arrays:
-        return dict(arrays)
 
 
 def test_constants_are_those_that_pycma_documents_for_20_genes_and_12_samples():

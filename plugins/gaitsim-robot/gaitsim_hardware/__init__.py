@@ -8,6 +8,7 @@ from gaitsim.plugin import Exported, Exporter, GaitsimError, Subject, option
 
 if TYPE_CHECKING:
     from gaitsim.plugin.runs import Individual
+    from gaitsim_hardware.calibration import Calibration
 
 
 class JointExporter(Exporter):
@@ -58,16 +59,14 @@ class CalibratedExporter(JointExporter):
         """Write the file or folder."""
         from gaitsim_hardware.exporting import export_keyframes
 
+        servos, timing = self.servos(subject), (self.keyframe_ms, self.speed)
         return export_keyframes(
-            subject.individual,
-            self.format,
-            path,
-            None,
-            self.calibration,
-            self.keyframe_ms,
-            self.speed,
-            clip=self.clip,
+            subject.individual, self.format, path, servos, *timing, clip=self.clip
         )
+
+    def servos(self, subject: Subject) -> "Calibration | Path | None":
+        """Return the calibration of the servos, its file, or None for centred servos."""
+        return self.calibration
 
 
 class BusExporter(CalibratedExporter):
@@ -215,13 +214,11 @@ class ServoTable(CalibratedExporter):
     min: float | None = option(None, "minimum servo angle", unit="°", unset="centre − 90")
     max: float | None = option(None, "maximum servo angle", unit="°", unset="centre + 90")
 
-    def write(self, subject: Subject, path: Path) -> Exported:
-        """Write the table."""
+    def servos(self, subject: Subject) -> "Calibration | Path | None":
+        """Return the calibration of the servos, or its file."""
         from gaitsim.plugin.gait import gait_of
         from gaitsim_hardware.calibration import HALF_RANGE, uniform_calibration
-        from gaitsim_hardware.exporting import export_keyframes
 
-        individual = subject.individual
         uniform = [
             f"--{name}"
             for name in self.model_dump(exclude_unset=True)
@@ -234,18 +231,8 @@ class ServoTable(CalibratedExporter):
                 remedy=f"set the ranges in the calibration, and omit {' and '.join(uniform)}",
             )
         if self.calibration is not None:
-            return super().write(subject, path)
+            return self.calibration
         low = self.centre - HALF_RANGE if self.min is None else self.min
         high = self.centre + HALF_RANGE if self.max is None else self.max
-        names = gait_of(individual).joint_names
-        calibration = uniform_calibration(names, self.centre, low, high)
-        return export_keyframes(
-            individual,
-            self.format,
-            path,
-            calibration,
-            None,
-            self.keyframe_ms,
-            self.speed,
-            clip=self.clip,
-        )
+        names = gait_of(subject.individual).joint_names
+        return uniform_calibration(names, self.centre, low, high)

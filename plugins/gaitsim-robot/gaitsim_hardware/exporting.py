@@ -59,8 +59,7 @@ def export_keyframes(
     individual: Individual,
     format: str,
     path: Path,
-    calibration: Calibration | None,
-    file: Path | None,
+    servos: Calibration | Path | None,
     keyframe_ms: int | None,
     speed: float,
     *,
@@ -72,16 +71,16 @@ def export_keyframes(
         individual: individual with joint angles.
         format: 'servo', 'arduino', 'dynamixel' or 'feetech'.
         path: path of the file, or of the folder of a sketch.
-        calibration: calibration of the servos; None for the one in a file, or the default.
-        file: TOML file of the calibration; None for servos centred in the standing pose.
+        servos: calibration of the servos, or its TOML file; None for servos centred in the standing
+            pose.
         keyframe_ms: time between keyframes, ms; None for one keyframe per frame.
         speed: playback speed.
         clip: whether to clip angles beyond the limits instead of raising an error.
     """
     name = sketch_name(path) if format == "arduino" else ""
-    gait, assumed = gait_of(individual), ""
-    if calibration is None:
-        calibration, assumed = _calibration(individual, gait, format, file)
+    gait, calibration, assumed = gait_of(individual), servos, ""
+    if not isinstance(calibration, Calibration):
+        calibration, assumed = _calibration(individual, gait, format, calibration)
     loop = find_loop(gait.angles, gait.frame_rate) if format == "arduino" else None
     keyframes = keyframes_of(gait, calibration, keyframe_ms, speed=speed, clip=clip, loop=loop)
     if format == "arduino":

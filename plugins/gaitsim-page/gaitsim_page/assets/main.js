@@ -15,9 +15,8 @@
 //     Stage.lookAt; .box is for Stage.frame; .seconds, .ground, .anglesAt(frame)
 //   new gaitsim.Ground(null, floor, null)       level ground
 //   new gaitsim.Box().add(x, y, z, radius)      a box that grows around points
-//   gaitsim.Themes, Announcer, Timeline, Controls, Clock, element, drawing, button, icon, numeral,
-//     lengthText, secondsText, withoutPicture, listenToKeys, speedBeside, nextView, panelOf: parts of
-//     pages, described in their files
+//   gaitsim.Themes, Announcer, Controls, Clock, element, drawing, numeral, secondsText,
+//     withoutPicture, listenToKeys, speedBeside, nextView: parts of pages, described in their files
 //
 // `theme` is data.theme.light or data.theme.dark.
 
@@ -49,15 +48,11 @@ globalThis.gaitsim = Object.freeze({
   rgb,
   clamp,
   numeral,
-  lengthText,
   secondsText,
   element,
   drawing,
-  button,
-  icon,
   listenToKeys,
   nextView,
-  panelOf,
   speedBeside,
   withoutPicture,
   Announcer,
@@ -66,10 +61,7 @@ globalThis.gaitsim = Object.freeze({
   Clock,
   Controls,
   Ground,
-  Player,
   Recording,
-  Ribbons,
   Stage,
   Themes,
-  Timeline,
 });
