@@ -114,7 +114,7 @@ API = {
             "gaitsim.encoding.amplitude_limit",
             "gaitsim.encoding.limit_steps",
             "gaitsim.encoding.check_joint_angles",
-            "gaitsim.testing",
+            "gaitsim_testing",
         ],
     ),
 }

@@ -43,11 +43,11 @@ def evolve() -> None:
             break
 
 
-RANDOM = {"search.start": "random"}
+STARTS: dict[str, dict[str, object]] = {
+    "spider": {},
+    "spider-random": {"search.start": "random"},
+}
 RUNS: tuple[tuple[str, str, int, dict[str, object]], ...] = (
-    *((f"spider-{seed}", "spider", seed, {}) for seed in (2, 3, 4, 5)),
-    ("spider-random", "spider", 0, RANDOM),
-    *((f"spider-random-{seed}", "spider", seed, RANDOM) for seed in (2, 3, 4, 5)),
     # The home screen shows the latest runs.
     ("spider", "spider", 0, {}),
     ("fly", "fly", 3, {}),
@@ -66,14 +66,14 @@ def plots() -> None:
         "fitness",
         "terms",
         "genome",
-        "runs",
         "footfall",
         "joints",
         "stability",
     )
     for kind in kinds:
         _plot(spider.plot(kind), f"spider-{kind}")
-    _plot(spider.plot("runs", beside=["spider-random"]), "spider-runs")
+    starts = [gs.load_experiment("spider", {"name": name, **more}) for name, more in STARTS.items()]
+    _plot(gs.compare(starts, repeats=30, evaluations=12_000).plot("convergence"), "spider-runs")
     _plot(fly.plot("path"), "fly-path")
     last = fly.champion.generation
     _plot(fly.plot("channel", channel="altitude", generations=[1, 20, last]), "fly-altitude")

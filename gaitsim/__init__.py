@@ -97,10 +97,13 @@ def __getattr__(name: str) -> _typing.Any:
 
         if not name.startswith("_"):
             from gaitsim.registry import FUNCTIONS, entries, find
+            from gaitsim.registry.entry_points import install_hint
             from gaitsim.registry.loading import load_object
 
             if name in entries(FUNCTIONS):
                 return load_object(find(FUNCTIONS, name))
+            if package := install_hint(FUNCTIONS, name):
+                raise AttributeError(f"gaitsim.{name} is not installed: {package}")
 
         close = nearest(name, __all__)
         hint = f"use gaitsim.{_GUESSED[name]}" if name in _GUESSED else close

@@ -137,7 +137,10 @@ class Network:
     @property
     def genes(self) -> Floats:
         """All parameters as one axis, (…, genes): W1 row by row, b1, W2, b2 …"""
-        return _flat(self.weights, self.biases)
+        parts: list[Floats] = []
+        for weight, bias in zip(self.weights, self.biases, strict=True):
+            parts += [weight.reshape(*weight.shape[:-2], -1), bias]
+        return np.concatenate(parts, axis=-1)
 
     @classmethod
     def from_genes(
@@ -217,50 +220,12 @@ class Network:
         Raises:
             ValueError: the inputs do not match the first layer.
         """
-        return self._layers(inputs)[-1]
-
-    def gradients(self, inputs: ArrayLike, targets: ArrayLike) -> tuple[Floats, Floats]:
-        """Return the error and its gradient, computed by backpropagation (Rumelhart et al. 1986).
-
-        Args:
-            inputs: inputs, (…, inputs, samples).
-            targets: desired outputs, (…, outputs, samples).
-
-        Returns:
-            The mean squared error over outputs and samples, (…), and its derivative with respect
-            to each gene, (…, genes).
-
-        Raises:
-            ValueError: the inputs or targets do not match the network.
-        """
-        layers = self._layers(inputs)
-        desired, outputs = np.asarray(targets, np.float64), layers[-1]
-        if desired.ndim < 2 or desired.shape[-2:] != outputs.shape[-2:]:
-            raise ValueError(f"targets have shape {desired.shape}; expected {outputs.shape}")
-        residual = outputs - desired
-        delta = 2 * residual / (residual.shape[-2] * residual.shape[-1])
-        by_weights: list[Floats] = []
-        by_biases: list[Floats] = []
-        for layer in reversed(range(len(self.weights))):
-            a = layers[layer + 1]
-            delta = delta * activation_slope(self._code(layer), a)
-            by_weights.insert(0, matmul(delta, layers[layer].swapaxes(-1, -2)))
-            by_biases.insert(0, delta.sum(axis=-1))
-            if layer:
-                delta = matmul(self.weights[layer].swapaxes(-1, -2), delta)
-        error: Floats = np.mean(residual * residual, axis=(-2, -1))
-        return error, _flat(by_weights, by_biases)
-
-    def _layers(self, inputs: ArrayLike) -> list[Floats]:
-        """Return the output of each layer, inputs first, each (…, to, samples)."""
         a = np.asarray(inputs, np.float64)
         if a.ndim < 2 or a.shape[-2] != self.sizes[0]:
             raise ValueError(f"inputs have shape {a.shape}; expected (…, {self.sizes[0]}, samples)")
-        layers = [a]
         for layer, (weight, bias) in enumerate(zip(self.weights, self.biases, strict=True)):
             a = activation(self._code(layer), matmul(weight, a) + bias[..., None])
-            layers.append(a)
-        return layers
+        return a
 
     def _code(self, layer: int) -> int:
         last = layer == len(self.weights) - 1
@@ -274,10 +239,3 @@ def _checked(sizes: Sequence[int]) -> Sequence[int]:
             "inputs first, each of at least one neuron"
         )
     return sizes
-
-
-def _flat(weights: Sequence[Floats], biases: Sequence[Floats]) -> Floats:
-    parts: list[Floats] = []
-    for weight, bias in zip(weights, biases, strict=True):
-        parts += [weight.reshape(*weight.shape[:-2], -1), bias]
-    return np.concatenate(parts, axis=-1)

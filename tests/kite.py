@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gaitsim.contracts import Command, Motion, Skeleton, Steered, SteeringPage
+from gaitsim.contracts import Command, Motion, Skeleton, Steered
 
 RATE = 100.0
 COMMANDS = (
@@ -13,24 +13,6 @@ COMMANDS = (
 CONTROLLERS = {
     "stay": np.zeros(3), "rise": np.array([1.0, 0.0, 0.0]), "sink": np.array([-1.0, 0.0, 0.0])
 }  # fmt: skip
-
-
-SCRIPT = """
-gaitsim.registerSteering((data) => {
-  let height = 1;
-  return {
-    frameRate: 100,
-    commands: data.commands,
-    advance(command, frames) {
-      height += (data.speeds[command] * frames) / 100;
-      const ends = [[0, 0, height], [0.5, 0, height], [0, 0, height], [0, 0.5, height]];
-      return {
-        ends: Float64Array.from(ends.flat()), centre: [0, 0, height], facts: { altitude: height },
-      };
-    },
-  };
-});
-"""
 
 
 class Kite(Steered):
@@ -71,9 +53,6 @@ def fly_kites(monkeypatch, body):
         "commands": lambda self: COMMANDS,
         "controllers": lambda self: dict(CONTROLLERS),
         "steer": lambda self, controllers: Kite(controllers),
-        "steering_page": lambda self, controllers: SteeringPage(
-            SCRIPT, {"speeds": {name: float(genes[0]) for name, genes in controllers.items()}}
-        ),
         "skeleton": skeleton,
     }.items():
         monkeypatch.setattr(body, name, value)

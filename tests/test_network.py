@@ -67,74 +67,11 @@ def test_activate_agrees_with_plain_loops(activation, output):
 def test_a_population_computes_the_same_as_each_network_alone(activation):
     genes = drawn(SIZES, population=(6,))
     inputs = np.random.default_rng(1).normal(0, 1, (6, 3, 4))
-    targets = np.random.default_rng(2).normal(0, 1, (6, 2, 4))
-    network = Network.from_genes(SIZES, genes, activation)
-    answers = network.activate(inputs)
-    errors, slopes = network.gradients(inputs, targets)
+    answers = Network.from_genes(SIZES, genes, activation).activate(inputs)
     assert answers.shape == (6, 2, 4)
-    assert errors.shape == (6,)
-    assert slopes.shape == genes.shape
     for n in range(6):
         alone = Network.from_genes(SIZES, genes[n], activation)
-        error, slope = alone.gradients(inputs[n], targets[n])
         assert answers[n] == pytest.approx(alone.activate(inputs[n]), abs=1e-12)
-        assert errors[n] == pytest.approx(error, abs=1e-12)
-        assert slopes[n] == pytest.approx(slope, abs=1e-12)
-
-
-def test_a_population_can_share_inputs():
-    genes = drawn(SIZES, population=(6,))
-    inputs = np.random.default_rng(1).normal(0, 1, (3, 4))
-    network = Network.from_genes(SIZES, genes)
-    repeated = np.broadcast_to(inputs, (6, 3, 4))
-    assert np.allclose(network.activate(inputs), network.activate(repeated))
-
-
-@pytest.mark.parametrize("activation", ACTIVATIONS)
-@pytest.mark.parametrize("output", ACTIVATIONS)
-def test_gradients_are_finite_differences(activation, output):
-    genes = drawn(SIZES, seed=3)
-    inputs = np.random.default_rng(1).normal(0, 1, (3, 6))
-    targets = np.random.default_rng(2).normal(0, 1, (2, 6))
-
-    def error(genes):
-        answers = Network.from_genes(SIZES, genes, activation, output).activate(inputs)
-        return np.mean((answers - targets) ** 2)
-
-    found, slopes = Network.from_genes(SIZES, genes, activation, output).gradients(inputs, targets)
-    assert found == pytest.approx(error(genes), rel=1e-12)
-    steps = 1e-6 * np.eye(len(genes))
-    differences = [(error(genes + step) - error(genes - step)) / 2e-6 for step in steps]
-    assert slopes == pytest.approx(np.array(differences), abs=1e-7)
-    assert np.abs(slopes).max() > 1e-3
-
-
-@pytest.mark.parametrize("activation", ACTIVATIONS)
-def test_pytorch_agrees(activation):
-    torch = pytest.importorskip("torch")
-    functions = {
-        "tanh": torch.tanh,
-        "sigmoid": torch.sigmoid,
-        "relu": torch.relu,
-        "leaky-relu": lambda z: torch.nn.functional.leaky_relu(z, LEAK),
-        "linear": lambda z: z,
-    }
-    network = Network.from_genes(SIZES, drawn(SIZES), activation, "tanh")
-    inputs = np.random.default_rng(1).normal(0, 1, (3, 6))
-    targets = np.random.default_rng(2).normal(0, 1, (2, 6))
-    parameters, values = [], torch.tensor(inputs)
-    for layer, (weight, bias) in enumerate(zip(network.weights, network.biases, strict=True), 1):
-        w, b = (torch.tensor(part, requires_grad=True) for part in (weight, bias))
-        parameters += [w, b]
-        z = w @ values + b[:, None]
-        values = torch.tanh(z) if layer == len(network.weights) else functions[activation](z)
-    error = torch.nn.functional.mse_loss(values, torch.tensor(targets))
-    error.backward()
-    found, slopes = network.gradients(inputs, targets)
-    assert network.activate(inputs) == pytest.approx(values.detach().numpy(), abs=1e-12)
-    assert found == pytest.approx(error.item(), abs=1e-12)
-    expected = np.concatenate([part.grad.numpy().ravel() for part in parameters])
-    assert slopes == pytest.approx(expected, abs=1e-12)
 
 
 @given(layer_sizes, st.lists(st.integers(1, 3), max_size=2), seeds)
@@ -157,32 +94,19 @@ def test_activations_do_not_overflow():
 @pytest.mark.parametrize(
     ("make", "says"),
     [
-        (lambda: Network.from_genes((3,), []), "layers of 3"),
         (lambda: gene_labels(()), "layers of nothing"),
-        (lambda: gene_count((3, 0, 2)), "layers of 3-0-2"),
         (lambda: Network.random((3, -1), np.random.default_rng()), "at least one neuron"),
         (lambda: Network.from_genes((3, 2), np.zeros(7)), r"\(7,\).*\(…, 8\)"),
-        (lambda: Network.from_genes((3, 2), 1.0), r"shape \(\)"),
         (lambda: Network.from_genes((3, 2), np.zeros(8), "selu"), "'selu'"),
-        (lambda: Network.from_genes((3, 2), np.zeros(8), output="x"), "'x'"),
-        (lambda: Network((), ()), "at least one"),
         (lambda: Network((np.zeros((2, 3)),), ()), "1 layers"),
         (lambda: Network((np.zeros((2, 3)),), (np.zeros(3),)), r"b1 .*\(3,\).*\(2,\)"),
         (
             lambda: Network((np.zeros((2, 3)), np.zeros((1, 3))), (np.zeros(2), np.zeros(1))),
             r"W2 .*\(1, 3\).*\(…, outputs, 2\)",
         ),
-        (lambda: Network((np.zeros(3),), (np.zeros(()),)), r"W1 .*\(3,\)"),
         (
             lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros((2, 5))),
             r"inputs .*\(2, 5\).*\(…, 3, samples\)",
-        ),
-        (lambda: Network.from_genes((3, 2), np.zeros(8)).activate(np.zeros(3)), "inputs have"),
-        (
-            lambda: Network.from_genes((3, 2), np.zeros(8)).gradients(
-                np.zeros((3, 5)), np.zeros((2, 1))
-            ),
-            r"targets .*\(2, 1\).*\(2, 5\)",
         ),
     ],
 )

@@ -32,8 +32,6 @@ class MakePlot(Action):
 
     gaitsim plot quadruped --kind joints --channel torque
 
-    gaitsim plot spider --kind runs --beside spider-2
-
     gaitsim plot spider-atlas --kind archive
 
     gaitsim plot spider-front --kind parallel --measure "duty factor"

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import inspect
 import shlex
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pydantic import ConfigDict, ValidationError
+from pydantic import ValidationError
 from rich.text import Text
 
 from gaitsim.actions.action import Action, argument
@@ -20,7 +19,6 @@ from gaitsim.registry.options import OPERATORS
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Organism
-    from gaitsim.testing.checking import Checked
 
 
 BROKEN = 1  # exit code if a plugin has errors
@@ -120,74 +118,6 @@ def _default_starts(model: type[Organism]) -> tuple[str, ...]:
         return tuple(model().starts())
     except (ValidationError, GaitsimError):
         return ()
-
-
-class CheckPlugins(Action):
-    """Check whether plugins fulfil the contract of their kind, and report what to fix.
-
-    The exit code is 1 if a plugin has errors.
-
-    [bold]Examples[/bold]
-
-    gaitsim plugins check
-
-    gaitsim plugins check spider-walk
-
-    gaitsim plugins new hopper
-
-    gaitsim plugins check ./hopper --strict
-    """
-
-    model_config = ConfigDict(allow_inf_nan=True)  # the check itself explains its time limits
-
-    reference: str | None = argument(
-        "a plugin, a package, or the folder of a package, installed or not",
-        "NAME|FOLDER",
-        None,
-        unset="all installed plugins",
-        completion="plugin_names",
-    )
-    seconds: float = option(120.0, "time limit for each check of a plugin", placeholder="SECONDS")
-    strict: bool = option(False, "exit with code 1 even if the check finds no errors, only advice")
-
-    def do(self) -> None:
-        """Check the plugins, and print what each check found."""
-        from gaitsim.console.interrupts import interruptible
-        from gaitsim.console.progress_bar import Progress
-        from gaitsim.testing.checking import check_plugins
-        from gaitsim.testing.packages import select_plugins
-
-        good = True
-        with (
-            interruptible(),
-            select_plugins(self.reference) as found,
-            Progress("checking", "plugins", len(found.entries)) as progress,
-        ):
-            for checked in check_plugins(found, seconds=self.seconds):
-                _print_findings(checked)
-                good &= not (checked.broken or (self.strict and checked.advice))
-                progress.advance()
-        if not good:
-            sys.exit(BROKEN)
-
-
-def _print_findings(checked: Checked) -> None:
-    console = output()
-    head = Text("✗ " if checked.broken else "✓ ", "red" if checked.broken else "green")
-    head.append(f"{checked.entry.kind} {checked.entry.name}", "bold")
-    head.append(f"  {checked.entry.source}")
-    if rate := checked.rate:
-        head.append(f"  {f'{rate:,.0f}' if rate >= 10 else f'{rate:.2g}'} individuals/s")
-    console.print(head)
-    for level, style, texts in (
-        ("error", "red", checked.broken),
-        ("advice", "yellow", checked.advice),
-    ):
-        for text in texts:
-            first, *rest = text.split("\n")
-            console.print(f"  {level}: {first}", style=style)
-            for line in rest:
-                console.print(f"  {line}")
 
 
 class NewPlugin(Action):

@@ -13,6 +13,7 @@ from gaitsim.actions.action import (
 from gaitsim.contracts.product import Product
 from gaitsim.errors import GaitsimError, nearest, unsupported_flags
 from gaitsim.registry import entries
+from gaitsim.registry.entry_points import install_hint
 from gaitsim.registry.loading import load_class, products
 from gaitsim.registry.options import flag, validated
 
@@ -50,7 +51,7 @@ def read_product(
             f"invalid {switch}: {name!r}",
             where=switch,
             allowed=", ".join(allowed),
-            remedy=nearest(name, allowed),
+            remedy=install_hint(kind, name) or nearest(name, allowed),
         )
     product: type[Product] = load_class(kind, name)  # type: ignore[assignment]
     _check_supported(kind, name, given, fields(product))

@@ -81,14 +81,11 @@ app = group(
             {
                 "list": "List all plugins by kind, with their packages, without importing them.",
                 "show": "Show a plugin's options and, for a body, its channels and conditions.",
-                "check": "Check whether plugins fulfil the contract of their kind, and report what "
-                "to fix.",
                 "new": "Create a ready-to-run package for a new plugin in the folder NAME.",
             },
             {
                 "list": "plugins:ListPlugins",
                 "show": "plugins:ShowPlugin",
-                "check": "plugins:CheckPlugins",
                 "new": "plugins:NewPlugin",
             },
         ),

@@ -111,7 +111,18 @@ class LazyGroup(TyperGroup):
         super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """Return the name, the command and its arguments; import the command."""
+        """Return the name, the command and its arguments; import the command.
+
+        Raises:
+            PluginError: a package of gaitsim that is not installed provides the command.
+        """
+        from gaitsim.registry import COMMANDS
+        from gaitsim.registry.entry_points import install_hint
+
+        known = not args or self.get_command(ctx, args[0]) is not None
+        if not known and (hint := install_hint(COMMANDS, self.prefix + args[0])):
+            words = f"{self.prefix.replace('.', ' ')}{args[0]}"
+            raise PluginError(f"the command '{words}' is not installed", remedy=hint)
         name, stub, rest = super().resolve_command(ctx, args)
         return name, stub and self.load(str(name)), rest
 
@@ -133,7 +144,7 @@ class LazyGroup(TyperGroup):
             line = self.lines[name]
             settings: dict[str, Any] = {"help": line, "callback": _no_options}
             prefix = f"{self.prefix}{name}."
-            nested = group(*place, prefix=prefix, add_completion=False, **settings)
+            nested = group(*place, extensible=True, prefix=prefix, add_completion=False, **settings)
             return get_command(nested)
         if place is None:
             function = self._import_from_package(self.prefix + name)

@@ -72,7 +72,6 @@ if TYPE_CHECKING:
     from gaitsim.contracts.steering import (
         Command as Command,
         Steered as Steered,
-        SteeringPage as SteeringPage,
     )
 
 # Imported at first use: declaring the options of a command needs no NumPy.
@@ -86,7 +85,7 @@ _NAMES = {
     "rig": "Link Rig Solid",
     "search": "Context Crossover Fitness Members Mutation Operators Results Search Selection State",
     "space": "BitSpace GenomeSpace Genomes RealSpace",
-    "steering": "Command Steered SteeringPage",
+    "steering": "Command Steered",
 }
 _MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
 __all__ = [*_MODULES]  # noqa: PLE0604 - names, which a linter cannot see

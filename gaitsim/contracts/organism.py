@@ -13,7 +13,7 @@ from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.reflex import Controller
 from gaitsim.contracts.rig import Rig
 from gaitsim.contracts.space import Genomes, GenomeSpace
-from gaitsim.contracts.steering import Command, Steered, SteeringPage
+from gaitsim.contracts.steering import Command, Steered
 from gaitsim.errors import GaitsimError
 
 Facts = Mapping[str, Mapping[str, str]]
@@ -320,13 +320,3 @@ class Organism(Plugin):
             f"the body {type(self).__name__} cannot be steered",
             allowed="a body with the methods commands(), controllers() and steer()",
         )
-
-    def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage | None:
-        """Return the script and data with which a web page simulates the steered body.
-
-        The default returns None: the body cannot be simulated in a web page.
-
-        Args:
-            controllers: a genome (genes,) for each of `controller_names()`, by name.
-        """
-        return None

@@ -95,25 +95,3 @@ class Steered(ABC):
         The default {} means that drives cannot be recorded.
         """
         return {}
-
-
-@dataclass(frozen=True)
-class SteeringPage:
-    """A script and its data, with which a web page simulates a steered body without gaitsim.
-
-    The script runs in its own scope and calls
-    `gaitsim.registerSteering(function (data) { return { frameRate, commands, advance } })`.
-    `advance(command, frames)` simulates that many frames and returns `{ends, centre, facts}` for
-    the last frame: `ends` is a `Float64Array` with both ends of each segment, in the order of
-    `Skeleton.segments`, metres; `centre` is `[x, y, z]`, metres; `facts` are numbers by name, such
-    as an altitude. It may also return `shares`, the weight of each controller in the movement, and
-    `failed`, which ends the simulation.
-
-    Args:
-        script: text of the script, from the body's package.
-        data: argument of the registered function; strings, numbers, booleans, None, lists and
-            mappings only.
-    """
-
-    script: str
-    data: Mapping[str, Any]

@@ -26,7 +26,7 @@ from gaitsim.registry import (
     find,
     options,
 )
-from gaitsim.registry.entry_points import ARGUMENTS, python_name
+from gaitsim.registry.entry_points import ARGUMENTS, install_hint, python_name
 from gaitsim.registry.loading import read_preset
 from gaitsim.registry.options import PLUGIN
 from gaitsim.registry.python_plugins import python_options
@@ -64,6 +64,9 @@ def load_experiment(
             **(overrides or {}),
         }
         return parse_experiment(read_preset(body), reference, given, place, roots=roots)
+    if hint := install_hint(FILES, path.suffix[1:].lower()):
+        what = f"no installed package reads files such as {reference}"
+        raise PluginError(what, where=reference, remedy=hint)
     if path.suffix == ".toml" or path.name != reference:
         example, listed = "'gaitsim experiments show spider'", "'gaitsim experiments list'"
         text = read_file(path, "experiment", example, f"name a preset: {listed}")

@@ -68,7 +68,6 @@ from gaitsim.contracts import (
     Solid as Solid,
     State as State,
     Steered as Steered,
-    SteeringPage as SteeringPage,
     Subject as Subject,
     Terrain as Terrain,
     Window as Window,
@@ -87,7 +86,9 @@ from gaitsim.contracts.quaternions import (
 )
 from gaitsim.contracts.reflex import Floats as Floats
 from gaitsim.contracts.rig import Shape as Shape
+from gaitsim.contracts.search import STATE_DTYPES as STATE_DTYPES
 from gaitsim.errors import (
+    ContractError as ContractError,
     ExperimentError as ExperimentError,
     GaitsimError as GaitsimError,
     NothingToPlotError as NothingToPlotError,
@@ -103,24 +104,31 @@ from gaitsim.opening import (
     read_regular as read_regular,
 )
 from gaitsim.registry import (
+    COMMANDS as COMMANDS,
     EXPERIMENTS as EXPERIMENTS,
     FILES as FILES,
+    KINDS as KINDS,
+    PLUGINS as PLUGINS,
+    PRODUCTS as PRODUCTS,
     REFLEX as REFLEX,
     STUDIES as STUDIES,
+    Entry as Entry,
     call_reflex as call_reflex,
     contract_error as contract_error,
     entries as entries,
     find as find,
     load_class as load_class,
     load_engine as load_engine,
+    load_entry as load_entry,
     load_reflexes as load_reflexes,
     options as options,
     plugin_errors as plugin_errors,
 )
+from gaitsim.registry.entry_points import normalized as normalized
 from gaitsim.registry.loading import read_preset as read_preset
+from gaitsim.registry.options import OPERATORS as OPERATORS, PLUGIN as PLUGIN
 from gaitsim.repr_mixin import ReprField as ReprField, ReprMixin as ReprMixin
 from gaitsim.toml import (
-    brief as brief,
     checksum as checksum,
     literal as literal,
     shortened as shortened,

@@ -17,7 +17,6 @@ from gaitsim.actions.action import (
     parse_pairs as parse_pairs,
 )
 from gaitsim.actions.evolve import EvolveNew as EvolveNew
-from gaitsim.actions.steer import SteeredBody as SteeredBody
 from gaitsim.cli.tui import (
     Root as Root,
     ThemeName as ThemeName,
@@ -63,7 +62,6 @@ __all__ = [
     "EvolveNew",
     "Progress",
     "Root",
-    "SteeredBody",
     "ThemeName",
     "all_or_nothing",
     "argument",

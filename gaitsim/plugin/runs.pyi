@@ -1,18 +1,28 @@
 """Experiments, evaluation, runs and their individuals."""
 
-from gaitsim.api import Run as Run
+from gaitsim.api import Run as Run, evolve as evolve
 from gaitsim.evaluating import evaluate as evaluate
-from gaitsim.evaluation import Evaluator as Evaluator, Executor as Executor
+from gaitsim.evaluation import (
+    Evaluator as Evaluator,
+    Executor as Executor,
+    evaluate as evaluate_experiment,
+)
 from gaitsim.evaluation.evaluator import IN_CACHE as IN_CACHE
 from gaitsim.evaluation.executors import WorkerLostError as WorkerLostError, cores as cores
 from gaitsim.evaluation.playing import play as play, require_play as require_play
 from gaitsim.evaluation.processes import OnWarning as OnWarning, ProcessExecutor as ProcessExecutor
-from gaitsim.evaluation.scoring import LARGEST_SCORE as LARGEST_SCORE, move_genomes as move_genomes
+from gaitsim.evaluation.scoring import (
+    LARGEST_SCORE as LARGEST_SCORE,
+    check_motion as check_motion,
+    move_genomes as move_genomes,
+)
 from gaitsim.evaluation.streams import Purpose as Purpose, stream as stream
 from gaitsim.evaluation.values import values_of as values_of
 from gaitsim.evaluation.worlds import parse_world as parse_world
 from gaitsim.evolution.repeats import evolve_repeats as evolve_repeats
+from gaitsim.evolution.searching import ask as ask, initial_state as initial_state, tell as tell
 from gaitsim.experiment import (
+    WORLD as WORLD,
     Experiment as Experiment,
     Overrides as Overrides,
     load_experiment as load_experiment,
@@ -20,12 +30,14 @@ from gaitsim.experiment import (
     read_outline as read_outline,
     with_overrides as with_overrides,
 )
+from gaitsim.experiment.combination import compatible as compatible
 from gaitsim.experiment.loading import (
     parse_experiment as parse_experiment,
     read_file as read_file,
     reader_of as reader_of,
     readers as readers,
 )
+from gaitsim.experiment.model import space_of as space_of, starts_of as starts_of
 from gaitsim.experiment.overrides import (
     COMMAND_LINE as COMMAND_LINE,
     Problems as Problems,
@@ -45,19 +57,14 @@ from gaitsim.sharing.challenge import Challenge as Challenge, code_of as code_of
 from gaitsim.sharing.code import dictionary as dictionary
 from gaitsim.steering import SteeredDrive as SteeredDrive
 from gaitsim.storage.compare_runs import (
-    ComparedRun as ComparedRun,
-    RunsReader as RunsReader,
     differences as differences,
     scoring_warning as scoring_warning,
-    warning as warning,
 )
 from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
 from gaitsim.storage.files.atomic import (
-    draft_folder as draft_folder,
     replacing as replacing,
     sweep as sweep,
-    sync_folder as sync_folder,
     write_bytes as write_bytes,
     writing as writing,
 )
@@ -75,7 +82,6 @@ from gaitsim.storage.files.folder import (
     create_out_folder as create_out_folder,
     create_subfolder as create_subfolder,
     exports_folder as exports_folder,
-    find_run as find_run,
     free_name as free_name,
     holds_run as holds_run,
     list_runs as list_runs,
@@ -86,9 +92,7 @@ from gaitsim.storage.files.history import (
     COLUMNS as COLUMNS,
     FIGURE as FIGURE,
     MEAN as MEAN,
-    SCORES as SCORES,
     figures_of as figures_of,
-    terms_of as terms_of,
 )
 from gaitsim.storage.files.schema import EXACT_KEYS as EXACT_KEYS, first_problem as first_problem
 from gaitsim.storage.files.tables import line as table_line
@@ -117,12 +121,10 @@ __all__ = [
     "IN_CACHE",
     "LARGEST_SCORE",
     "MEAN",
-    "SCORES",
+    "WORLD",
     "Challenge",
     "Champion",
     "Choice",
-    "ComparedRun",
-    "SteeredDrive",
     "Evaluator",
     "Executor",
     "Experiment",
@@ -138,37 +140,41 @@ __all__ = [
     "Run",
     "RunLock",
     "RunSnapshot",
-    "RunsReader",
+    "SteeredDrive",
     "Typed",
     "Verdict",
     "Verifier",
     "Which",
     "WorkerLostError",
+    "ask",
     "check_links",
+    "check_motion",
     "check_no_atlas",
     "check_out_folder",
     "check_root",
     "code_of",
     "command",
     "compare_folders",
+    "compatible",
     "cores",
     "create_folder",
     "create_out_folder",
     "create_subfolder",
     "dictionary",
     "differences",
-    "draft_folder",
     "editing",
     "evaluate",
+    "evaluate_experiment",
+    "evolve",
     "evolve_repeats",
     "exports_folder",
     "figures_of",
     "file_results",
     "find_individual",
-    "find_run",
     "first_problem",
     "free_name",
     "holds_run",
+    "initial_state",
     "invalid_value",
     "is_locked",
     "list_runs",
@@ -190,16 +196,16 @@ __all__ = [
     "replacing",
     "require_play",
     "scoring_warning",
+    "space_of",
     "standing_skeleton",
+    "starts_of",
     "stream",
     "sweep",
-    "sync_folder",
     "table_line",
-    "terms_of",
+    "tell",
     "unfinished_error",
     "values_of",
     "versions",
-    "warning",
     "with_overrides",
     "write_bytes",
     "writing",

@@ -243,7 +243,7 @@ def own_packages() -> Mapping[str, Mapping[str, Sequence[str]]]:
 def install_hint(kind: str, name: str) -> str:
     """Return how to install the package of gaitsim that provides a name; '' if none does."""
     for package, kinds in own_packages().items():
-        if name in kinds.get(kind, ()):
+        if name not in entries(kind) and name in kinds.get(kind, ()):
             return f"pip install {package} (in a clone of gaitsim: pip install plugins/{package})"
     return ""
 

@@ -34,8 +34,8 @@ class ScreenAction(NamedTuple):
         display: displayed key, if it is not the first one.
         priority: whether the key precedes those of the widget that has the focus.
         shown: whether the footer shows it.
-        on: what an action of a package applies to: any screen, the individual of a screen, or its
-            runs, two or more.
+        on: what an action of a package applies to: any screen, the individual of a screen, its runs
+            (two or more), or its plugin.
         show: function that carries out the action of a package on a `GaitScreen`, such as showing
             another screen.
     """
@@ -52,7 +52,7 @@ class ScreenAction(NamedTuple):
     display: str | None = None
     priority: bool = False
     shown: bool = True
-    on: Literal["screen", "individual", "runs"] = "screen"
+    on: Literal["screen", "individual", "runs", "plugin"] = "screen"
     show: Callable[[Any], object] | None = None
 
     @property
@@ -333,9 +333,7 @@ ACTIONS: dict[str, list[ScreenAction]] = {
         Shown("new", "n", "New run", "Create a run with this body or preset",
               words="start begin create", why="Select a body or a preset that can be loaded."),
         Shown("filter", "slash", "Filter", "Show only plugins with these words",
-              words="search find words"),
-        Shown("check", "c", "Check", "Check that the plugin fulfils its contract",
-              words="test conformance contract verify")],
+              words="search find words")],
     "verify": [
         Shown("some", "g", "A part", "Repeat a part: some generations, cells or cases",
               words="sample again", why="The verification is still running."),

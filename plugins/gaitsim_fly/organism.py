@@ -21,7 +21,6 @@ from gaitsim.plugin import (
     RealSpace,
     Skeleton,
     Steered,
-    SteeringPage,
 )
 from gaitsim.plugin.toolkit import Network, cos, gene_labels, norm, sin, uniform
 from gaitsim_fly.flight import MOMENTUM, POSITION, ROTATION, STATE, VELOCITY
@@ -299,9 +298,3 @@ class Fly(FlyOptions):
         from gaitsim_fly.steering import SteeredFly
 
         return SteeredFly(self, controllers)
-
-    def steering_page(self, controllers: Mapping[str, Genomes]) -> SteeringPage:
-        """Return the script and data of a page that simulates the fly exactly as Python does."""
-        from gaitsim_fly.page import page
-
-        return page(self, controllers)

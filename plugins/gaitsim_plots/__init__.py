@@ -120,19 +120,6 @@ class GenomePlot(RunPlot):
     function: ClassVar[str] = "gaitsim_plots.genome:genome_figure"
 
 
-class RunsPlot(RunPlot):
-    """The best score so far of runs and their repeats."""
-
-    title: ClassVar[str] = "Comparison of runs"
-    function: ClassVar[str] = "gaitsim_plots.runs:runs_figure"
-    beside: Names | None = option(
-        None,
-        "also plot this run and its repeats, the runs in the same folder that differ only in the "
-        "seed",
-        placeholder="RUN",
-    )
-
-
 class SearchPlot(RunPlot):
     """The quantities that the search records, such as coverage."""
 

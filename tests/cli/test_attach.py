@@ -2,8 +2,6 @@
 
 import asyncio
 from dataclasses import replace
-from functools import partial
-from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -11,13 +9,9 @@ import pytest
 
 from gaitsim.console.displays import Display
 from gaitsim.console.evolving import _Follower
-from gaitsim.evaluation import evaluate
-from gaitsim.live.protocol import Event, Snapshot
+from gaitsim.live.protocol import Snapshot
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.storage.creation import create_run
-from gaitsim.storage.files.history import row
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.writer import RunWriter
 
 
 class Recorder(Display):
@@ -78,40 +72,3 @@ def test_every_generation_is_shown_once(puppet_run, shown):
     best = RunSnapshot(path).history["best"][2:]
     np.testing.assert_array_equal([row["best"] for row in noted.rows], best)
     assert noted.states == ["running", "paused", *["running"] * 3]
-
-
-def test_rows_whose_islands_are_not_on_disk_yet_are_shown_later(
-    puppet, shown, monkeypatch, tmp_path
-):
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("gaitsim.storage.writer.PERIOD", 1e9)
-    path = create_run(
-        puppet("islands.number=2", "islands.migrants=1", "evolution.generations=5"), Path("run")
-    )
-
-    def snapshots():
-        with RunWriter.open(path) as writer:
-            generations = list(islice(writer.evolve(partial(evaluate, writer.experiment)), 4))
-            table = [row(generation) for generation in generations]
-            rows = {name: np.array([one[name] for one in table]) for name in table[0]}
-            bests = tuple(generations[-1].scores.reshape(2, -1).max(axis=1))
-            yield Snapshot("running", generation=4, rows=rows, islands=bests)
-        yield Snapshot("stopped", generation=4, islands=bests)
-
-    noted = shown(path, snapshots())
-    found = RunSnapshot(path)
-    assert [one["generation"] for one in noted.rows] == [1, 2, 3, 4]
-    np.testing.assert_array_equal([one["islands"] for one in noted.rows], found.islands)
-
-
-@pytest.mark.parametrize("scored_from", [1, 4])
-def test_a_stage_is_announced(puppet_run, shown, scored_from):
-    puppet_run("evolution.generations=5")
-    path = Path("run")
-    whole = RunWatcher(path).poll()
-    event = Event(4, "stage", "mutation.rate: 0.1, now 0.2")
-    begun = replace(part_of_history(whole, 4, 4, stage=2, scored_from=scored_from), events=(event,))
-    noted = shown(
-        path, [part_of_history(whole, 1, 3), begun, part_of_history(whole, 5, 5, stage=2)]
-    )
-    assert noted.stages == [(2, 4, [event.text], scored_from == 4)]

@@ -2,10 +2,7 @@
 
 import json
 import os
-import shutil
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -13,18 +10,14 @@ from waiting import until
 
 from gaitsim.live.process import background_state, send
 from gaitsim.live.protocol import RunCommand
-from gaitsim.storage.background import background_process, last_failure
+from gaitsim.storage.background import background_process
 from gaitsim.storage.snapshot import RunSnapshot
 
-pytestmark = pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets")
-PUPPETS = Path(__file__).parents[1] / "puppets"
+pytestmark = [
+    pytest.mark.skipif(os.name == "nt", reason="needs Unix sockets"),
+    pytest.mark.usefixtures("here"),
+]
 LONG = ("--generations", 100_000, "--set", "organism.pause=0.01")
-
-
-@pytest.fixture(autouse=True)
-def installed(monkeypatch, puppets):
-    """Install the puppets for other processes, too."""
-    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
 
 
 @pytest.fixture
@@ -36,22 +29,6 @@ def detached(gaitsim, puppet_file):
         return Path(name)
 
     return detached
-
-
-@pytest.mark.slow
-def test_waiting_runs_are_listed_with_their_places(gaitsim, detached, monkeypatch):
-    monkeypatch.setenv("GAITSIM_BACKGROUND_RUNS", "1")
-    detached("c")
-    until(lambda: background_state(Path("c")) == "running")
-    for name in "ba":
-        detached(name)
-        until(lambda name=name: background_state(Path(name)) == "queued")
-    watched = gaitsim("runs", ".", "--watch", "--where", "state:queued").stdout
-    lines = [" ".join(line.split()[:3]) for line in watched.splitlines()[1:]]
-    assert sorted(lines) == ["a queued 2", "b queued 1"]
-    gaitsim("stop", "c")
-    until(lambda: background_state(Path("b")) == "running")
-    gaitsim("stop", "--all")
 
 
 @pytest.mark.slow
@@ -81,22 +58,6 @@ def test_a_detached_run_is_watched_and_stopped(gaitsim, detached, start):
     options = ("--generations", done.generation, "--set", "organism.pause=0.01")
     whole = gaitsim("run", "puppet.toml", "--out", "whole", *options)
     assert RunSnapshot(Path("whole")).fingerprint() == done.fingerprint(), whole.stderr
-
-
-@pytest.mark.slow
-def test_attaching_ends_with_the_summary(detached, start, gaitsim):
-    path = detached("run", "--generations", 150, "--set", "organism.pause=0.01")
-    pid = background_process(path).pid
-    os.kill(pid, signal.SIGSTOP)
-    watching = start("attach", path)
-    assert watching.stdout.readline() == "run run\n"
-    os.kill(pid, signal.SIGCONT)
-    out, _ = watching.communicate()
-    assert watching.returncode == 0
-    assert "generation 150/150" in out
-    assert "run: 150 generations are done" in out
-    again = gaitsim("resume", path, "--detach").stdout  # the run is already finished
-    assert "run: 150 generations are done" in again
 
 
 @pytest.mark.slow
@@ -131,41 +92,3 @@ def test_a_paused_run_continues_by_resume(gaitsim, detached):
     assert "is paused in the background" in refused
     gaitsim("resume", path, "--detach")
     until(lambda: background_state(path) == "running")
-
-
-FAULTY = """
-from gaitsim_puppets import Puppet
-class Faulty(Puppet):
-    def move(self, genomes):
-        if len(genomes) > 1:
-            raise ValueError("out of joint")
-        return super().move(genomes)
-"""
-
-
-@pytest.mark.slow
-def test_the_reason_of_a_failure_is_kept_until_the_run_continues(
-    gaitsim, install, puppet_file, monkeypatch
-):
-    folder = install("faulty", FAULTY, {"organism": {"faulty": "Faulty"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    options = ("--set", "organism.plugin=faulty", "--out", "run")
-    # It may fail after the command has returned.
-    subprocess.run(
-        [sys.executable, "-m", "gaitsim", "run", puppet_file, "--detach", *options], check=False
-    )
-    until(lambda: background_state(Path("run")) is None)
-    for command in (("attach", "run"), ("stop", "run")):
-        assert "faulty 1.0" in gaitsim(*command, code=2).stderr
-    assert "faulty 1.0" in gaitsim("show", "run").stdout
-    listed = gaitsim("runs", ".")
-    assert "failed" in listed.stdout
-    assert "faulty 1.0" in listed.stderr
-    assert "faulty" in json.loads(gaitsim("runs", ".", "--json").stdout)["failure"]
-    shutil.copytree("run", "copy")
-    (folder / "faulty.py").write_text(FAULTY.replace("> 1", "> 1000"))
-    monkeypatch.delitem(sys.modules, "faulty", raising=False)
-    gaitsim("resume", "run", "--generations", 2)
-    assert last_failure(Path("run")) is None
-    assert "failed" not in gaitsim("runs", ".").stdout
-    assert last_failure(Path("copy")) is None  # the copy itself has not failed

@@ -61,12 +61,10 @@ def test_commands_flags_and_choices_are_offered(offered):
     ("words", "name"),
     [
         (["run", "hexapod-a"], "hexapod-atlas"),
-        (["compare", "spider", "spider-g"], "spider-genetic"),
         (["experiments", "show", "walker-w"], "walker-worlds"),
         (["steer", "fly-st"], "fly-steer"),
         (["study", "millipede-o"], "millipede-operators"),
         (["plugins", "show", "trunc"], "truncation"),
-        (["plugins", "check", "pupp"], "puppet"),
     ],
 )
 def test_installed_names_are_offered(offered, words, name):
@@ -77,9 +75,7 @@ def test_installed_names_are_offered(offered, words, name):
     "words",
     [
         ["show"],
-        ["verify"],
         ["differences", "first"],
-        ["stop"],
         ["runs", "--delete"],
         ["run", "spider", "--from"],
     ],
@@ -93,8 +89,3 @@ def test_runs_are_offered(offered, run_folders, words):
 def test_names_with_special_characters_of_shells_are_not_offered(offered, run_folders):
     run_folders("good", "$(touch x)", "`touch x`", "a b", "*", "q'", 'd"', "-o", ";x", "a\nb")
     assert offered("show", "") == ["good"]
-
-
-def test_an_unreadable_folder_of_runs_offers_nothing(offered, tmp_path):
-    (tmp_path / "runs").touch()
-    assert offered("show", "") == [""]

@@ -3,7 +3,6 @@
 import dataclasses
 import io
 import json
-from collections.abc import Callable
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from gaitsim.console.displays import STOPPING, Display, JsonLines, LiveView, PlainLines, row_of
+from gaitsim.console.displays import Display, JsonLines, LiveView, PlainLines, row_of
 from gaitsim.evaluation import Evaluation
 from gaitsim.evolution import Generation, SearchProgress
 from gaitsim.experiment import Islands
@@ -131,14 +130,6 @@ class TestPlainLines:
             "generation 1/12  best 1.0000  mean 0.9905  diversity 0.250",
         ]
 
-    def test_stopping_is_reported_on_standard_error(
-        self, capsys: pytest.CaptureFixture[str]
-    ) -> None:
-        PlainLines(*known()).stopping()
-        printed = capsys.readouterr()
-        assert STOPPING in printed.err
-        assert STOPPING not in printed.out
-
 
 def test_the_best_of_each_island_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with PlainLines(*known()) as lines:
@@ -190,51 +181,12 @@ class TestLiveView:
         assert not any("…" in line for line in lines[1:])
         assert any(line.startswith("angle change") for line in lines)
 
-    @pytest.mark.parametrize(("width", "height"), [(40, 12), (80, 24)])
-    def test_shows_the_best_of_each_island(self, clock: Clock, width: int, height: int) -> None:
-        view = LiveView(*known(), Console(file=io.StringIO()), clock)
-        clock.now += 1.0
-        update(view, generation(1, CLASSIC), islands=4)
-        lines = drawn(view, width, height)
-        shown = "islands     4.514   4.479   4.444   4.409"
-        assert lines[4].rstrip() == (shown if width > 40 else f"{shown[:39]}…")
-        assert len(lines) < height
-        assert max(map(len, lines)) <= width
-
-    def test_a_narrow_terminal_shows_fewer_individuals(self, clock: Clock) -> None:
-        assert drawn(view_at_work(clock, CLASSIC), 50)[6].split() == ["#1", "#2", "mean"]
-        assert drawn(view_at_work(clock, CLASSIC), 36)[6].split() == ["#1", "mean"]
-
-    def test_a_low_terminal_shows_fewer_terms(self, clock: Clock) -> None:
-        many = {f"term {n}": 1.0 for n in range(100)}
-        lines = drawn(view_at_work(clock, many))
-        assert len(lines) == 23
-        assert lines[-2].startswith("term 13")
-        assert lines[-1].strip() == "… and 86 more"
-
-    def test_numbers_are_never_truncated(self, clock: Clock) -> None:
-        assert "−12345678901.000" in "".join(drawn(view_at_work(clock, {"depth": -12345678901.0})))
-
     def test_remaining_time_follows_the_recent_speed(self, clock: Clock) -> None:
         view = LiveView(*known(4000), Console(file=io.StringIO()), clock)
         for number in range(1, 2001):
             clock.now += 1.0 if number <= 1000 else 0.1
             update(view, generation(number), 4000)
         assert drawn(view)[0].endswith("0:03:20 left")
-
-    def test_a_resumed_run_continues_its_curves(self, clock: Clock) -> None:
-        course = {"best": [0.5, 1.0], "mean": [0.1, 0.9], "diversity": [0.3, 0.2]}
-        view = LiveView(*known(20, generation(10), **course), Console(file=io.StringIO()), clock)
-        lines = drawn(view)
-        assert lines[0].rstrip().endswith("10/20")
-        assert [line.split() for line in lines[1:4]] == [
-            ["best", "1.000", "⡸"],
-            ["mean", "0.900", "⡸"],
-            ["diversity", "0.200", "⢱"],
-        ]
-        clock.now += 2
-        update(view, generation(11), 20)
-        assert drawn(view)[0].endswith("11/20 0:00:18 left")
 
     @pytest.mark.parametrize("reevaluated", [True, False])
     def test_a_stage_with_new_scores_restarts_their_curves(
@@ -259,23 +211,3 @@ class TestLiveView:
         progress = SearchProgress(60, 1.0, 0, None, 2)
         update(view, dataclasses.replace(generation(3), progress=progress), 20)
         assert drawn(view)[4] == "10 evaluations/s, best of generation 3, stage 2"
-
-    def test_stopping_is_shown_in_the_view(self, clock: Clock) -> None:
-        view = view_at_work(clock)
-        view.stopping()
-        assert STOPPING in drawn(view)
-
-    def test_keeps_the_terms_if_stopped(self, clock: Clock) -> None:
-        lines = ended(clock, lambda view: (update(view, generation(7)), view.stopping()))
-        assert lines[0].endswith("7/300 in 0:01:00")
-        assert STOPPING not in lines
-        assert lines[8].startswith("forward")
-
-
-def ended(clock: Clock, work: Callable[[LiveView], object]) -> list[str]:
-    """Return the lines on the screen when a run ends after a minute."""
-    view = LiveView(*known(), Console(file=io.StringIO(), width=80, height=24), clock)
-    with view:
-        clock.now += 60
-        work(view)
-    return drawn(view)

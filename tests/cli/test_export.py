@@ -30,19 +30,7 @@ def test_angles_beyond_the_servos_are_an_error_or_clipped(gaitsim, finished, tmp
         (("--format", "mat", "--clip"), "has no option --clip"),
         (("--keyframe-ms", 20, "--centre", 0), "--keyframe-ms and --centre"),
         (("--format", "servo", "--min", 10), "invalid servo range from 10° to 90°"),
-        (("--format", "servo", "--out", "x.mat"), "ends with .mat"),
-        (("--format", "ros2", "--clip"), "or use --format arduino, dynamixel, feetech, servo"),
-        (
-            ("--format", "arduino", "--out", "my gait"),
-            "invalid name for an Arduino sketch: 'my gait'",
-        ),
-        (("--format", "arduino", "--calibration", "missing.toml"), "--calibration-template"),
         (("--format", "servo", "--calibration", "x", "--min", 0), "cannot be combined with --min"),
-        (
-            ("--format", "arduino", "--calibration-template", "x", "--speed", 1),
-            "cannot be combined with options for robots",
-        ),
-        (("--format", ""), "invalid --format: ''"),
         (("--calibration-template", "x.toml"), "or use --format arduino, dynamixel, feetech"),
     ],
 )
@@ -84,7 +72,7 @@ def test_a_filled_in_calibration_template_gives_a_sketch(gaitsim, finished, tmp_
 
 BOARD = """
 from typing import ClassVar
-from gaitsim.contracts import Exported, Exporter, Plot, option
+from gaitsim.contracts import Exported, Exporter, option
 
 class Board(Exporter):
     "Angles for a board."
@@ -96,41 +84,19 @@ class Board(Exporter):
     def write(self, subject, path):
         path.write_text(f"{self.channels} {subject.individual.generation}")
         return Exported("angles")
-
-class Taken(Board):
-    damage: str = option("", "taken")
-
-class Heights(Plot):
-    "Heights."
-    title: ClassVar[str] = "Heights"
-    group: ClassVar[str] = "of the motion"
-    level: float = option(1.0, "level", ge=0, le=9)
-
-    def draw(self, subject):
-        from matplotlib.figure import Figure
-        return Figure()
 """
 
 
-def test_a_package_adds_a_format_and_a_plot_with_flags_and_forms(
-    gaitsim, finished, install, tmp_path
-):
-    entries = {"exporter": {"board": "Board", "taken": "Taken"}, "plot": {"heights": "Heights"}}
-    install("boards", BOARD, entries)
+def test_a_package_adds_a_format_with_flags_and_a_form(gaitsim, finished, install, tmp_path):
+    install("boards", BOARD, {"exporter": {"board": "Board"}})
     forms.cache_clear()
     text = " ".join(gaitsim("export", "--help").stdout.replace("│", " ").split())
     assert "--channels N [1<=x<=16] For --format board: number of channels. Default: 8." in text
     said = gaitsim("export", "puppet", "--out", "a.board", "--channels", 3).stdout
     assert said == "a.board: angles\n"
     assert (tmp_path / "a.board").read_text().startswith("3 ")
-    gaitsim("plot", "puppet", "--kind", "heights", "--level", 2, "--out", "a.png")
-    assert (tmp_path / "a.png").exists()
     refused = gaitsim("export", "puppet", "--format", "board", "--channels", 17, code=2).stderr
     assert "invalid --channels: '17'" in refused
-    assert "has no option --level" not in gaitsim("plot", "puppet", "--kind", "all").stderr
-    broken = gaitsim("export", "puppet", "--format", "taken", code=2).stderr
-    assert "an option cannot be named 'damage'" in broken
-    assert "boards 1.0" in broken
     (form,) = [form for form in all_forms() if form.title == "My board"]
     assert next(iter(form.fields())) == "channels"
     run = tmp_path / "runs/puppet"

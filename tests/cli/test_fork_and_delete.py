@@ -75,21 +75,6 @@ def test_a_run_that_is_being_written_is_copied_up_to_its_checkpoint(gaitsim, pup
     assert (copy / "bests.bin").stat().st_size == 6 * 32
 
 
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("nobody",), "there is no run 'nobody'"),
-        (("puppet", "--set", "mutation.rat=1"), 'unknown key "rat"'),
-        (("puppet", "--generations", "3"), "is already at generation 5"),
-        (("puppet", "--out", ".."), "it already exists"),
-    ],
-)
-def test_a_copy_that_fails_is_reported_and_leaves_nothing(gaitsim, run, arguments, said):
-    before = files(run.parents[1])
-    assert said in gaitsim("fork", *arguments, code=2).stderr
-    assert files(run.parents[1]) == before
-
-
 def test_runs_are_deleted_by_name_or_folder(gaitsim, run):
     shutil.copytree(run, run.parents[1] / "elsewhere")
     gaitsim("fork", run)

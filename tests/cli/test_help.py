@@ -12,7 +12,6 @@ import typer
 from gaitsim import cli
 from gaitsim.cli.app import app
 from gaitsim.evaluation import evaluate
-from gaitsim.registry import EXPERIMENTS, KINDS, entries
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.writer import RunWriter
 
@@ -61,18 +60,6 @@ def test_the_help_of_each_command_fits_80_columns(gaitsim, command):
     assert "Usage: gaitsim" in text
 
 
-@pytest.mark.parametrize(
-    "command", [words for words, command in COMMANDS.items() if "Example" in (command.help or "")]
-)
-def test_each_example_is_on_its_own_line(gaitsim, command):
-    lines = [line.strip() for line in gaitsim(*command, "--help").splitlines()]
-    (start,) = (index for index, line in enumerate(lines) if line in ("Example", "Examples"))
-    examples = lines[start + 1 : lines.index("", start)]
-    assert examples
-    assert all("gaitsim " in line for line in examples)
-    assert any(line.startswith(f"gaitsim {' '.join(command)}") for line in examples)
-
-
 @pytest.mark.parametrize("path", [path for path in COMMANDS if path])
 def test_the_line_in_a_list_begins_the_help_of_its_command(path):
     *group, name = path
@@ -92,18 +79,6 @@ def test_the_version_is_printed(gaitsim):
     from importlib.metadata import version
 
     assert gaitsim("--version") == f"gaitsim {version('gaitsim')}\n"
-
-
-def test_lists_name_everything_installed(gaitsim):
-    text = gaitsim("plugins", "list")
-    for kind in KINDS:
-        for name in entries(kind):
-            assert any(line.split()[:2] == [kind, name] for line in text.splitlines())
-    text = gaitsim("experiments", "list")
-    assert all(
-        any(line.startswith(f"{name} ") for line in text.splitlines())
-        for name in entries(EXPERIMENTS)
-    )
 
 
 def imported(*arguments, path=(), environment=None, folder=None):

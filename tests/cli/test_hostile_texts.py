@@ -4,10 +4,9 @@ import os
 import sys
 
 import pytest
-from hostile_texts import CHANGES, ENTRIES, HOSTILE, MARKUP, NAME, PACKAGE, raw
+from hostile_texts import CHANGES, ENTRIES, MARKUP, NAME, PACKAGE, raw
 
 from gaitsim.cli import main
-from gaitsim.storage.lock import RunLock
 
 
 @pytest.fixture(params=[False, True], ids=["piped", "terminal"])
@@ -66,33 +65,3 @@ def test_texts_of_plugins_and_names_of_folders_are_escaped(
     broken = ("--set=selection.plugin=wicked-broken", "--generations=7", "--workers=1")
     assert "[bold]b" in quiet("resume", run, *broken, codes=(2,))
     quiet("runs", "--delete", run, "--yes")
-
-
-@pytest.mark.parametrize("styled", [True], indirect=True)
-@pytest.mark.parametrize("file", ["experiment.toml", "provenance.json", ".lock-owner"])
-def test_texts_in_the_files_of_a_run_are_escaped(file, puppet_run, quiet):
-    run = puppet_run().path
-    escaped = HOSTILE.replace("\\", "\\\\")
-    for char in "\x1b\x07\x9b\u202e":
-        escaped = escaped.replace(char, f"\\u{ord(char):04x}")
-    lock = RunLock(run) if file == ".lock-owner" else None
-    old, new = {
-        "experiment.toml": ("puppet-reach", escaped),
-        "provenance.json": ("gaitsim-puppets", escaped),
-        ".lock-owner": ("process", HOSTILE),
-    }[file]
-    text = (run / file).read_text()
-    assert old in text
-    (run / file).write_text(text.replace(old, new))
-    said = ""
-    for command in (
-        ("runs", "."),
-        ("show", run),
-        ("verify", run),
-        ("differences", run, run),
-        ("resume", run, "--generations", 6, "--workers", 1),
-    ):
-        said += quiet(*command, codes=(0, 1, 2))
-    if lock is not None:
-        lock.release()
-    assert "\\u202e[bold]b[/nope]" in said

@@ -4,7 +4,6 @@ import json
 
 import pytest
 
-import gaitsim as gs
 from gaitsim.errors import RunError
 from gaitsim.storage.creation import create_run
 from gaitsim.storage.growing import overview
@@ -65,7 +64,7 @@ class TestRename:
         assert read_note(there) == "kept"
         RunLock(there).release()  # the lock is free
 
-    @pytest.mark.parametrize("name", ["", ".", "..", ".a", "a/b", "-a", "a\nb", "x" * 300])
+    @pytest.mark.parametrize("name", ["", ".", "a/b", "a\nb", "x" * 300])
     def test_an_invalid_name_is_rejected(self, run, name):
         with pytest.raises(RunError):
             rename_run(run, name)
@@ -86,11 +85,3 @@ class TestRename:
         link.symlink_to(run)
         with pytest.raises(RunError, match="symbolic link"):
             rename_run(link, "strut")
-
-
-def test_a_run_in_python_has_a_note_and_can_be_renamed(run):
-    found = gs.load("walk")
-    assert found.note == ""
-    found.note = "straight"
-    found.rename("strut")
-    assert (str(found.path), found.note) == ("runs/strut", "straight")

@@ -55,7 +55,6 @@ def test_functions_and_actions_of_a_package_are_commands(install, gaitsim, wide)
         ("import no_such_module", "hop", "ModuleNotFoundError: No module named 'no_such_module'"),
         ("raise SystemExit('[/bold]')", "hop", "SystemExit: [/bold]"),
         (SOURCE, "number", "is neither a function nor an action, but a int"),
-        (SOURCE, "missing", "AttributeError"),
     ],
 )
 def test_a_broken_command_is_listed_with_its_error(install, gaitsim, wide, source, target, problem):

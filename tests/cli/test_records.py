@@ -1,8 +1,6 @@
 """Progress, notices, files and errors as JSON lines on standard error."""
 
 import json
-import os
-import sys
 
 import pytest
 
@@ -39,7 +37,6 @@ def walk(gaitsim, puppet_file):
     [
         (["video", "--size", "160x120", "--fps", "2", "--no-intro"], "pictures", 3, 1),
         (["plot", "--kind", "all"], "kinds", None, None),
-        (["imitate", "--epochs", "5"], "epochs", 5, 3),
         (["verify"], "generations", 5, 0),
         (["analyse", "--perturb"], "kinds", None, 0),
         (["export"], None, None, 1),
@@ -56,21 +53,6 @@ def test_a_command_reports_progress_and_files(walk, records, tmp_path, command, 
     written = files_of(found)
     assert len(written) == files if files is not None else written
     assert all((tmp_path / file).is_file() for file in written)
-
-
-@pytest.mark.slow
-def test_comparisons_and_studies_report_progress_and_files(records, puppet_file, tmp_path):
-    found = records("compare", puppet_file, puppet_file, "--repeats", 2, "--out", "found")
-    assert {one["total"] for one in found["progress"]} == {10}  # 2 repeats of 5 generations
-    assert "found/report.md" in files_of(found)
-    study = tmp_path / "small.toml"
-    study.write_text(
-        f'name = "small"\nexperiments = ["{puppet_file}"]\nrepeats = 2\n'
-        "[axes]\n'evolution.population' = [4, 6]\n"
-    )
-    found = records("study", study, "--workers", 1)
-    assert (found["progress"][-1]["done"], found["progress"][-1]["unit"]) == (2, "cells")
-    assert files_of(found) == ["studies/small/results.csv"]
 
 
 def test_an_error_is_split_into_its_parts(walk, records):
@@ -92,21 +74,3 @@ def test_an_unknown_value_is_rejected(gaitsim, monkeypatch):
     error = gaitsim("runs", code=2).stderr
     assert "'yes'" in error
     assert "GAITSIM_PROGRESS" in error
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(sys.platform == "win32", reason="needs a pseudo-terminal")
-@pytest.mark.parametrize("environment", [{}, {"GAITSIM_PROGRESS": "json"}])
-def test_redirected_results_are_not_mixed_with_progress(start, environment):
-    terminal, end = os.openpty()
-    process = start(
-        *("plugins", "check", "truncation", "--json"),
-        stderr=end,
-        env={**os.environ, "TERM": "xterm", **environment},
-    )
-    os.close(end)
-    results, _ = process.communicate(timeout=120)
-    drawn = os.read(terminal, 65536).decode()
-    os.close(terminal)
-    assert json.loads(results)["ok"]
-    assert ("\x1b" in drawn) == (not environment)

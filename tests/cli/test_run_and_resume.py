@@ -3,7 +3,6 @@ import os
 import pty
 import re
 import select
-import shutil
 import signal
 
 import pytest
@@ -88,13 +87,9 @@ def test_a_run_in_which_all_fail_continues_and_reports_the_reason(
     assert re.search(r"Individual 0: reach is nan, price is -?inf", done.stdout)
     done = gaitsim("resume", "puppet", "--generations", 7, "--json")
     *rows, summary = map(strict, done.stdout.splitlines())
-    assert [row["generation"] for row in rows] == [6, 7]
-    assert {row["best"] for row in rows} == {row["reach"] for row in rows} == {None}
-    assert (summary["generation"], summary["score"]) == (7, None)
-    assert "Every individual failed" in gaitsim("show", "puppet").stdout
+    assert {row["best"] for row in rows} == {summary["score"]} == {None}
     assert strict(gaitsim("show", "puppet", "--json").stdout)["champion"] is None
-    for command in ("export", "plot"):
-        gaitsim(command, "puppet", code=0 if command == "plot" else 2)
+    gaitsim("export", "puppet", code=2)
 
 
 def test_spiders_are_bit_identical_when_resumed_and_with_any_workers(gaitsim, fingerprint):
@@ -218,33 +213,6 @@ def test_a_different_version_of_a_plugin_is_used_on_request(gaitsim, finished):
     gaitsim("resume", "puppet", "--generations", 9)
 
 
-def test_a_damaged_checkpoint_is_a_warning(gaitsim, finished):
-    path = finished / "population.pickle"
-    path.write_bytes(path.read_bytes()[:-7])
-    for command in (("show", "puppet"), ("resume", "puppet", "--generations", 8)):
-        assert "Warning: cannot read population.pickle" in gaitsim(*command).stderr
-    assert (finished / "population.damaged-1.pickle").exists()
-
-
-def test_a_run_whose_folder_is_deleted_ends_with_a_message(start, puppet_file, tmp_path):
-    process = start("run", puppet_file, *SLOW, "--out", "run")
-    wait_for(tmp_path / "run/history.csv", 2)
-    while (tmp_path / "run").exists():
-        shutil.rmtree(tmp_path / "run", ignore_errors=True)
-    _, stderr = process.communicate(timeout=60)
-    assert process.returncode == 2
-    assert "run" in stderr
-    assert "Traceback" not in stderr
-
-
-def test_a_reader_that_closes_the_pipe_is_not_an_error(start, puppet_file):
-    process = start("run", puppet_file, "--json", "--generations", 3000)
-    assert strict(process.stdout.readline())["generation"] == 1
-    process.stdout.close()
-    assert "Traceback" not in process.stderr.read()
-    process.stdout = None
-
-
 @posix
 def test_the_terminal_is_restored(start, puppet_file, tmp_path):
     ours, theirs = pty.openpty()
@@ -280,13 +248,6 @@ def test_a_run_over_worlds_ends_with_unseen_worlds(gaitsim):
     assert "analyse runs/walker --worlds 100" in said
 
 
-def test_a_run_that_sets_ranges_ends_with_unseen_worlds(gaitsim, puppet_file):
-    windy = ("--set", "organism.plugin=windy-puppet", "--set", "worlds.ranges={wind=[0, 0.1]}")
-    run = ("run", puppet_file, *windy, "--population", 60, "--generations", 2, "--json")
-    found = json.loads(gaitsim(*run).stdout.splitlines()[-1])["unseen_worlds"]
-    assert (found["number"], found["ranges"]) == (12, {"wind": [0, 0.1]})
-
-
 def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 2)
     found = json.loads(gaitsim(*run, "--json").stdout.splitlines()[-1])["checks"]
@@ -301,11 +262,3 @@ def test_a_run_ends_with_the_checks_that_its_body_names(gaitsim, puppet_file):
     checks = gs.load("runs/puppet").champion.checks()
     assert checks is not None
     assert json.loads(as_json(checks.to_dict())) == found
-
-
-def test_a_wrong_check_is_an_error_of_its_plugin(gaitsim, puppets, puppet_file, monkeypatch):
-    monkeypatch.setattr(puppets.WindyPuppet, "checks", lambda body: [{"fog": 1.0}])
-    run = ("run", puppet_file, "--set", "organism.plugin=windy-puppet", "--generations", 1)
-    wrong = "'windy-puppet' of package gaitsim-puppets 1.0 names an invalid check"
-    assert wrong in gaitsim(*run).stderr
-    assert wrong in gaitsim("analyse", "puppet", code=2).stderr

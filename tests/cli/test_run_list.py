@@ -4,9 +4,7 @@ import json
 import shutil
 
 import pytest
-from rich.console import Console
 
-from gaitsim.console import watching
 from gaitsim.storage.lock import RunLock
 from gaitsim.storage.manage import read_tags, write_tags
 
@@ -33,14 +31,6 @@ def listed(done):
     return [json.loads(line)["run"] for line in done.stdout.splitlines()]
 
 
-def test_reading_many_runs_shows_progress(gaitsim, runs, monkeypatch):
-    monkeypatch.setenv("GAITSIM_PROGRESS", "json")
-    assert gaitsim("runs").stderr == ""
-    monkeypatch.setattr("gaitsim.actions.run_list.MANY", 3)
-    *_, last = map(json.loads, gaitsim("runs").stderr.splitlines())
-    assert (last["what"], last["done"], last["total"]) == ("Reading", 3, 3)
-
-
 def test_a_query_chooses_runs_in_the_order_of_a_key(gaitsim, runs):
     chosen = ("--where", "puppet generation>=4", "--sort", "-name", "--json")
     assert listed(gaitsim("runs", *chosen)) == ["c", "a"]
@@ -64,7 +54,6 @@ def test_json_has_the_values_of_a_run_or_of_the_chosen_keys(gaitsim, runs):
     ("options", "place"),
     [
         (("--where", "scor>1"), "--where"),
-        (("--where", "score>x"), "--where"),
         (("--columns", "name,scor"), "--columns"),
         (("--sort", "-scor"), "--sort"),
     ],
@@ -118,16 +107,6 @@ def test_matching_runs_are_deleted_but_not_those_that_evolve(gaitsim, runs):
     assert [line.split()[0] for line in gaitsim("trash", "list").stdout.splitlines()[1:]] == ["c"]
 
 
-def test_options_that_exclude_each_other_are_one_message(gaitsim, runs):
-    for given, said in {
-        ("--delete", "a", "--where", "b"): "--delete and --where",
-        ("--watch", "--untag", "x"): "--watch and --untag",
-        ("--where", "a", "--delete-matching", "--tag", "x"): "--delete-matching and --tag",
-    }.items():
-        assert f"{said} cannot be combined" in gaitsim("runs", *given, code=2).stderr
-    assert "add --delete RUN" in gaitsim("runs", "--permanently", code=2).stderr
-
-
 def test_the_trash_is_listed_restored_and_emptied(gaitsim, runs):
     assert gaitsim("trash", "list").stdout == "The trash of runs is empty.\n"
     assert "none; the trash is empty" in gaitsim("trash", "restore", "a", code=2).stderr
@@ -151,24 +130,3 @@ def test_watching_prints_the_evolving_runs_once_into_a_pipe(gaitsim, runs):
     name, state, *_, memory, unit = row.split()
     assert (name, state, unit) == ("a", "running", "MB")
     assert float(memory.replace(",", "")) > 10
-
-
-def test_the_watched_table_fits_80_columns():
-    row = {
-        "run": "a-long-name-of-a-run-" * 4,
-        "state": "queued",
-        "queue_position": 12,
-        "generation": 12345,
-        "generations": 100_000,
-        "best": -20.4079,
-        "generations_per_second": 57.1,
-        "seconds_left": 8000.0,
-        "cpu_percent": 154.2,
-        "memory_bytes": 1_234_000_000,
-    }
-    console = Console(width=80, record=True)
-    console.print(watching._table([row]))
-    head, line = console.export_text().splitlines()
-    assert head.split() == ["run", "state", "generation", "best", "gen./s", "left", "CPU", "memory"]
-    shown = "queued 12 12345/100000 −20.4079 57 2 h 13 min 154 % 1,234 MB"
-    assert " ".join(line.split()[1:]) == shown

@@ -52,35 +52,6 @@ def test_a_stage_is_shown_as_json(gaitsim, plain_run):
     assert shown["champion"]["score"] == max(row["best"] for row in rows)
 
 
-def test_the_stages_of_a_run_are_shown(gaitsim, plain_run):
-    before = gaitsim("show", "puppet").stdout
-    assert "stage" not in before
-    gaitsim("resume", "puppet", *CLIMB, "--generations", 8)
-    text = (plain_run / "experiment.toml").read_text()
-    (plain_run / "experiment.toml").write_text(text.replace("weight = 0.5", "weight = 0.25"))
-    shown = gaitsim("show", "puppet").stdout
-    lines = [line.split() for line in shown.splitlines()]
-    assert ["stage", "generations", "best", "changed"] in lines
-    assert any(line[:4] == ["1", "1", "to", "5"] for line in lines)
-    assert any(line[:4] == ["2", "6", "to", "8"] for line in lines)
-    assert "from generation 9: fitness.weight: 0.5, now 0.25" in shown
-    assert "stopped" in gaitsim("runs").stdout.replace("finished", "stopped")
-    done = gaitsim("resume", "puppet", "--generations", 9)
-    assert "Warning: experiment.toml was changed after generation 8" in done.stderr
-    assert "stage 3, from generation 9: fitness.weight: 0.5, now 0.25" in done.stdout
-
-
-@pytest.mark.parametrize(
-    "change",
-    ["evolution.population=9", "evolution.generations=3", "fitness", "mutation.rate=\udcff"],
-)
-def test_an_invalid_change_is_one_message_and_changes_nothing(gaitsim, plain_run, change):
-    before = {path: path.read_bytes() for path in plain_run.rglob("*") if path.is_file()}
-    assert gaitsim("resume", "puppet", "--set", change, code=2).stdout == ""
-    for path, data in before.items():
-        assert path.read_bytes() == data
-
-
 def test_a_run_starts_from_a_saved_individual(gaitsim, plain_run, puppet_file, tmp_path):
     champion = json.loads(gaitsim("show", "puppet", "--json").stdout)["champion"]
     gaitsim("run", puppet_file, "--from", "puppet", "--seed", 8, "--out", "a")
@@ -94,10 +65,3 @@ def test_a_run_starts_from_a_saved_individual(gaitsim, plain_run, puppet_file, t
     assert shown["start"] == {"generation": number, "score": champion["score"]}
     assert shown["champion"]["score"] >= champion["score"]
     assert f"individual of generation {number}" in gaitsim("show", "a").stdout
-
-
-@pytest.mark.parametrize("reference", ["nobody", "puppet@9", "puppet.toml", "bits"])
-def test_an_incompatible_start_creates_no_run(gaitsim, plain_run, puppet_file, tmp_path, reference):
-    gaitsim("run", puppet_file, "--set", "organism.plugin=bit-puppet", "--out", "bits")
-    assert gaitsim("run", puppet_file, "--from", reference, "--out", "new", code=2).stdout == ""
-    assert not (tmp_path / "new").exists()

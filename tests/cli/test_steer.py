@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 from cart import CART
-from kite import fly_kites
 
 from gaitsim.api import evolve, load
 from gaitsim.sharing.challenge import code_of
@@ -25,12 +24,6 @@ def test_a_body_without_commands_is_rejected_with_alternatives(gaitsim, terminal
     said = gaitsim("steer", "millipede", code=2).stderr
     assert "'millipede' cannot be steered" in said
     assert "a body with steering commands" in said
-
-
-def test_an_invalid_controller_is_rejected(gaitsim, terminal):
-    said = gaitsim("steer", "fly", "--controller", "climb", code=2).stderr
-    assert "invalid controller: 'climb'" in said
-    assert "NAME=RUN" in said
 
 
 @pytest.fixture
@@ -87,28 +80,3 @@ def test_the_default_is_the_fly(gaitsim, opened):
     screen = opened.pop()
     assert screen.command_line() == "gaitsim steer"
     assert screen._load().holds
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (("--record", "mine"), "drives of the body 'fly' cannot be recorded"),
-        (("nobody",), "'nobody'"),
-        (("nobody@3",), "'nobody@3'"),
-    ],
-)
-def test_bodies_and_options_that_do_not_fit_are_refused(
-    gaitsim, cart, terminal, tmp_path, words, message
-):
-    (tmp_path / "cart.toml").write_text(CART)
-    assert message in gaitsim("steer", *words, code=2).stderr.replace("\n", " ")
-
-
-def test_a_run_of_the_fly_must_say_which_controller_it_replaces(
-    gaitsim, puppets, walk, terminal, monkeypatch
-):
-    fly_kites(monkeypatch, puppets.Puppet)
-    walk("kite")
-    said = gaitsim("steer", "kite", code=2).stderr
-    assert "needs a controller for each command" in said
-    assert "--controller stay=kite" in said

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import pytest
 
-import gaitsim as gs
 from gaitsim_walker import machine
 
 
@@ -40,28 +39,6 @@ def test_an_identical_run_exits_with_0(gaitsim, run):
 
 
 OTHERS = {"exports/", ".lock", ".lock-owner"}
-
-
-def test_a_part_of_a_run_is_not_called_the_whole(gaitsim, run, monkeypatch):
-    monkeypatch.setattr("gaitsim.storage.verification.QUICK", 0.0)
-    lines = gaitsim("verify", "puppet").stdout.splitlines()
-    assert lines[:2] == [
-        "runs/puppet: identical in all that was compared",
-        "0 of 5 generations evolved again",
-    ]
-    assert "a forger could have changed the rest: --all evolves it again" in lines[2]
-    found = json.loads(gaitsim("verify", "puppet", "--json").stdout)
-    assert (found["identical"], found["complete"]) == (True, False)
-    results = {one["file"]: one["result"] for one in found["files"]}
-    assert (results["history.csv"], results["bests.bin"]) == ("cannot be known", "same")
-
-
-def test_a_run_is_as_portable_as_its_least_portable_stage(gaitsim):
-    with gs.evolve("spider", fitness=lambda motion: motion["pose"][:, -1, 0], population=4,
-                   generations=2, out="runs/mixed") as search:  # fmt: skip
-        assert len([*search]) == 2
-    gaitsim("resume", "mixed", "--set", "fitness.plugin=spider-walk", "--generations", 3)
-    assert "results: not known to be portable" in gaitsim("show", "mixed").stdout
 
 
 def test_a_different_run_exits_with_1_and_names_file_and_generation(gaitsim, run):

@@ -1,7 +1,6 @@
 import signal
 
 import pytest
-from PIL import Image
 
 QUICK = ("--size", "160x120", "--fps", "2", "--no-intro")
 
@@ -21,24 +20,11 @@ def test_the_video_is_written_to_the_exports(gaitsim, run, tmp_path):
     assert said == f"{path.relative_to(tmp_path)}: 3 pictures of 160 × 120 at 2 per second, 1.5 s\n"
 
 
-def test_the_extension_determines_the_format(gaitsim, run, tmp_path):
-    gaitsim("video", run, *QUICK, "--out", "a.GIF", "--theme", "dark", "--view", "top")
-    with Image.open(tmp_path / "a.GIF") as gif:
-        assert gif.format == "GIF"
-    gaitsim("video", run, *QUICK, "--out", "b", "--format", "gif")
-    with Image.open(tmp_path / "b") as gif:
-        assert gif.format == "GIF"
-
-
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (["--view", "front"], "invalid --view: 'front'"),
-        (["--out", "a.avi"], "unknown extension for videos: a.avi"),
         (["--size", "641"], "'641'"),
         (["--fps", "nan"], "1 to 120, or to 50 for a GIF"),
-        (["--generations", "1,77"], "no generation 77"),
-        (["--generations", "1,,2"], "'1,,2'"),
         (["--generations", "1,2", "--generation", "1"], "--generation and --generations cannot"),
     ],
 )

@@ -55,7 +55,7 @@ ENDLESS = {
     r"^gaitsim runs --watch": ("run", ""),
     r"^gaitsim tui": ("gaitsim", "\x11"),
     r"^gaitsim steer$|^gaitsim steer fly": ("hover", "\x11"),
-    r"^gaitsim steer (?!.*--out)": ("faster", "\x11"),
+    r"^gaitsim steer ": ("faster", "\x11"),
     r"^gaitsim serve": ("http://", ""),
     r"^gaitsim robots emulate": ("Ctrl-C ends it", ""),
     r"^gaitsim attach": ("generation", ""),
@@ -65,8 +65,6 @@ ENDLESS = {
 
 EXTRAS = {
     "--engine bullet": "pybullet",
-    "--format tensorboard": "tensorboardX",
-    "--format rosbag2": "rosbags",
     "--dask": "distributed",
     ".parquet": "pyarrow",
     "gaitsim serve": "textual_serve",

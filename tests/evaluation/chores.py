@@ -43,11 +43,6 @@ def sleep_for(seconds):
     return seconds
 
 
-def leave_a_file(path):
-    Path(path).touch()
-    time.sleep(0.05)
-
-
 def exit_like_a_user(_task):
     raise EOFError("no more input")
 

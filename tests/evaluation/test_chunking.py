@@ -51,27 +51,6 @@ def test_the_cost_model_goes_through_the_measurements():
     assert (made.first, made.more) == (1.0, 0.0)
 
 
-def test_times_of_several_threads_are_converted_to_one():
-    made = CostModel()
-    made.learn(1, 1.0)
-    made.learn(101, 51.0, workers=2)
-    assert made.seconds(101) == 101
-    assert made.seconds(101, 2) == 51
-
-
-def test_costlier_chunks_are_fewer():
-    counts = [
-        best_plan(100, 4, cost_model(0.01, 0.01), Overhead(0, cost)).chunks for cost in (0, 0.01, 1)
-    ]
-    assert counts == sorted(counts, reverse=True)
-    assert counts[-1] == 2
-
-
-def test_small_work_does_not_go_to_all_of_a_thousand_workers():
-    plan = best_plan(1000, 1000, cost_model(0.01, 0.01), Overhead(0.02, 0.001))
-    assert 2 < plan.chunks < 500
-
-
 def sizes(individuals, chunks, workers):
     return np.diff([0, *split_indices(individuals, chunks, workers), individuals]).tolist()
 
@@ -129,10 +108,6 @@ def test_tasks_in_many_worlds_take_seconds():
     assert len(Scheduler(1, Workers(2), True).split_worlds(100, 1000)) == 1  # not yet measured
 
 
-def test_a_single_individual_is_not_cut():
-    assert scheduler(100.0, 100.0).chunks(1) == 1
-
-
 def test_workers_start_once_they_would_have_saved_time():
     undecided = scheduler(0.01, 0.01, FREE, requested=False)  # 1 s alone, 0.52 s shared
     counts = [undecided.chunks(100) for _ in range(6)]
@@ -171,12 +146,6 @@ def test_a_body_that_loops_is_shared_after_a_small_batch(first, more, individual
     made, timed = batches(first, more, individuals)
     assert timed == sizes
     assert (made.chunks(individuals) > 1) == (len(sizes) > 1)
-
-
-def test_batches_that_belong_to_the_population_are_a_larger_part_of_it():
-    made, timed = batches(1.0, 1.0, 10, parts=3)
-    assert timed == [1, 3]
-    assert made.chunks(6) > 1
 
 
 @pytest.mark.parametrize("first", [0.009, 0.05, 0.3, 1.5])

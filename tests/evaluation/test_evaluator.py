@@ -1,6 +1,5 @@
 import os
 import sys
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +8,9 @@ from in_turn import InTurn
 from gaitsim.errors import GaitsimError, PluginError
 from gaitsim.evaluation import Evaluator, evaluate, evaluator as module
 from gaitsim.evaluation.chunking import Scheduler
-from gaitsim.evaluation.executors import Executor, WorkerLostError
+from gaitsim.evaluation.executors import Executor
 from gaitsim.evolution import first_population
 from gaitsim.experiment import load_experiment
-from gaitsim.registry import plugin_errors
 
 
 @pytest.fixture
@@ -160,70 +158,6 @@ def test_cheap_bodies_are_not_shared_with_one_warning(puppet, chunks):
     assert told[0].startswith("2 workers would not be faster")
 
 
-class Joined(InTurn):
-    """An executor with a changing number of workers, which runs its tasks in this thread."""
-
-
-@pytest.mark.slow
-def test_workers_that_join_later_receive_work(slow, chunks):
-    told, cluster = [], Joined()
-    with Evaluator(slow(0.01), None, told.append, cluster) as evaluator:
-        evaluator.prepare()
-        assert [chunks(evaluator) for _ in range(3)] == [1, 1, 1]
-        cluster.workers = 2
-        assert evaluator.workers == 2
-        assert chunks(evaluator) >= 2
-        cluster.workers = 1
-        assert chunks(evaluator) == 1
-    assert len(told) == 1
-    assert told[0].startswith("1 worker would not be faster")
-    assert "40 individuals" in told[0]
-
-
-@pytest.fixture
-def timed(puppet, puppets, monkeypatch):
-    """Makes an evaluator of a body that takes times as given, by a clock of its own.
-
-    With it comes the list of the sizes of the batches that the body moves.
-    """
-    now, sizes, move = [0.0], [], puppets.Puppet.move
-    monkeypatch.setattr(module, "time", SimpleNamespace(perf_counter=lambda: now[0]))
-
-    def make(first, more):
-        def moved(self, genomes):
-            sizes.append(len(genomes))
-            now[0] += first + (len(genomes) - 1) * more
-            return move(self, genomes)
-
-        monkeypatch.setattr(puppets.Puppet, "move", moved)
-        cluster = Joined()
-        cluster.workers = 2
-        evaluator = Evaluator(puppet("evolution.population=100"), cluster=cluster)
-        evaluator.prepare()
-        return evaluator, sizes
-
-    return make
-
-
-def test_a_body_that_moves_whole_arrays_gets_its_first_population_at_once(puppet, timed):
-    evaluator, sizes = timed(0.28, 0.0005)  # 28 s, if each took as long as the first
-    assert sizes == [1, 1, 3]
-    genomes = first_population(puppet("evolution.population=100"))
-    for _ in range(2):
-        sizes.clear()
-        assert_same(evaluator.evaluate(genomes), evaluate(puppet(), genomes))
-        assert sizes == [100, 100]  # here, and by the evaluation that it is compared with
-
-
-def test_a_slow_body_is_shared_from_the_first_population(timed):
-    evaluator, sizes = timed(0.28, 0.28)
-    assert sizes == [1, 1, 3]
-    sizes.clear()
-    evaluator.evaluate(np.zeros((100, 3)))
-    assert len(sizes) > 10
-    assert sum(sizes) == 100
-
-
 @pytest.mark.slow
 def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared, monkeypatch):
     monkeypatch.setattr(module, "cores", lambda: 3)
@@ -238,22 +172,6 @@ def test_no_more_processes_start_than_there_are_cores(puppet, installed, shared,
     with Evaluator(puppet(), 3, told.append) as evaluator:
         assert evaluator.workers == 3
     assert len(told) == 1
-
-
-@pytest.mark.slow
-def test_workers_not_requested_start_once_they_would_have_saved_time(slow, chunks, monkeypatch):
-    monkeypatch.setattr("gaitsim.evaluation.evaluator.cores", lambda: 2)
-    told = []
-    with Evaluator(slow(0.01), None, told.append) as evaluator:
-        evaluator.prepare()
-        # 0.4 s alone, about 0.2 s shared: 1.5 s are lost in the eighth.
-        counts = [chunks(evaluator) for _ in range(12)]
-    assert counts[:5] == [1] * 5
-    assert counts[-1] >= 2
-    with Evaluator(slow(0.0), None, told.append) as evaluator:
-        evaluator.prepare()
-        assert chunks(evaluator) == 1
-    assert not told  # nothing was asked for
 
 
 def test_a_plugin_that_fails_in_a_worker_is_named(puppet, installed, shared):
@@ -276,30 +194,6 @@ def test_a_worker_that_cannot_begin_says_why(puppet, capfd, monkeypatch, shared)
     assert "Traceback" not in capfd.readouterr().err
 
 
-FATAL = """
-import os, signal
-from gaitsim_puppets import Puppet
-class Fatal(Puppet):
-    def move(self, genomes):
-        if len(genomes) > 1:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return super().move(genomes)
-"""
-
-
-@pytest.mark.skipif(os.name == "nt", reason="needs signals")
-@pytest.mark.slow
-def test_a_body_that_kills_its_workers_is_named(puppet, installed, shared, install, monkeypatch):
-    folder = install("fatal", FATAL, {"organism": {"fatal": "Fatal"}})
-    monkeypatch.setenv("PYTHONPATH", str(folder), prepend=os.pathsep)
-    told = []
-    with Evaluator(puppet("organism.plugin=fatal"), 2, told.append) as evaluator:
-        with pytest.raises(GaitsimError, match="organism 'fatal' of package fatal") as error:
-            evaluator.evaluate(np.zeros((4, 3)))
-        assert "died 3 times" in str(error.value)
-        assert told
-
-
 @pytest.mark.sampled
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("size", [1, 4])
@@ -318,31 +212,6 @@ def test_the_share_of_a_population_that_is_scored_is_reported(
     assert found[-1] == pytest.approx(1.0)
 
 
-def test_workers_that_die_while_they_are_measured_name_the_body(slow, monkeypatch):
-    def die(executor):
-        raise WorkerLostError("a worker process died 3 times on the same task")
-
-    monkeypatch.setattr("gaitsim.evaluation.chunking.measure_overhead", die)
-    with Evaluator(slow(0.01), 2) as evaluator:
-        evaluator.prepare()
-        evaluator.evaluate(np.zeros((40, 3)))
-        with pytest.raises(GaitsimError, match="organism 'slow' of package") as error:
-            evaluator.evaluate(np.zeros((40, 3)))
-        assert "--workers 1" in error.value.remedy
-
-
-def test_preparing_takes_one_world_and_allows_for_the_others(puppet, puppets, monkeypatch):
-    experiment = puppet("organism.plugin=windy-puppet", "worlds.number=1000")
-    moved, move = [], puppets.WindyPuppet.move
-    monkeypatch.setattr(
-        puppets.WindyPuppet, "move", lambda self, genomes: moved.append(1) or move(self, genomes)
-    )
-    with Evaluator(experiment, 2) as evaluator:
-        evaluator.prepare()
-        assert len(moved) < 10
-        assert evaluator._scheduler.cost_model.first > 1000 * 1e-5  # s, as one call takes longer
-
-
 def test_a_failure_while_preparing_names_the_plugin(puppet, puppets, monkeypatch):
     monkeypatch.setattr(puppets.Reach, "terms", lambda self, motion: 1 / 0)
     with (
@@ -350,14 +219,6 @@ def test_a_failure_while_preparing_names_the_plugin(puppet, puppets, monkeypatch
         pytest.raises(PluginError, match=r"fitness 'puppet-reach'.* evaluating"),
     ):
         evaluator.prepare()
-
-
-def test_errors_keep_their_parts_on_the_way_from_a_worker(puppet):
-    import pickle
-
-    with pytest.raises(PluginError) as error, plugin_errors(puppet().entries["organism"], "moving"):
-        raise ValueError("wrong")
-    assert str(pickle.loads(pickle.dumps(error.value))) == str(error.value)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="needs limits of memory")

@@ -37,12 +37,6 @@ class TestUse:
             processes.map(partial(chores.fail_at, 3), range(8))
         assert processes.map(partial(chores.fail_at, 3), range(3)) == [0, 1, 2]
 
-    def test_closing_the_iterator_drops_the_rest(self, processes):
-        some = processes.each(chores.square, range(100))
-        next(some)
-        some.close()
-        assert processes.map(chores.square, [5]) == [25]
-
     def test_whatever_a_task_raises_or_returns_the_worker_goes_on(self, processes):
         with pytest.raises(EOFError, match="no more input"):
             processes.map(chores.exit_like_a_user, [0])
@@ -113,23 +107,6 @@ def test_a_worker_that_is_killed_while_idle_is_replaced():
         until(lambda: not multiprocessing.active_children())
         assert executor.map(chores.square, [3, 4]) == [9, 16]
     assert told == ["an idle worker process died; a new one replaces it"]
-
-
-@pytest.mark.slow
-def test_if_only_some_workers_can_start_they_do_the_work(monkeypatch):
-    told, start = [], SpawnProcess.start
-
-    def few(process):
-        if len(multiprocessing.active_children()) == 2:
-            raise OSError(24, "Too many open files")
-        start(process)
-
-    with ProcessExecutor(3, told.append) as executor:
-        monkeypatch.setattr(SpawnProcess, "start", few)
-        assert executor.map(chores.square, range(6)) == [0, 1, 4, 9, 16, 25]
-        assert executor.workers == 2
-        [text] = told
-        assert text.startswith("cannot start more than 2 worker processes: [Errno 24]")
 
 
 def test_if_no_worker_can_start_there_is_one_error(monkeypatch):

@@ -30,23 +30,6 @@ def test_playing_the_angles_of_a_champion_gives_its_score():
     assert list(played.terms) == list(moved.terms)
 
 
-def test_a_body_of_a_third_party_plays(playable):
-    angles = np.ones((2, 5, 3))
-    motion = play(playable, angles)
-    assert evaluate_motion(playable, motion, 2).scores == pytest.approx(3 * np.sin(1) - 0.3)
-
-
-def test_given_angles_are_not_changed(playable, puppets, monkeypatch):
-    def writes(self, joint_angles):
-        joint_angles[:] = 7.0
-        return by_angles(self, joint_angles)
-
-    monkeypatch.setattr(puppets.Puppet, "play", writes)
-    angles = np.ones((2, 5, 3))
-    assert play(playable, angles)["joint_angles"].max() == 7.0
-    assert angles.max() == 1.0
-
-
 def test_a_body_that_cannot_play_is_refused(puppet, puppets, monkeypatch):
     experiment = puppet()
     with pytest.raises(GaitsimError, match=r"gaitsim-puppets.* cannot play"):
@@ -63,7 +46,6 @@ def test_a_body_that_cannot_play_is_refused(puppet, puppets, monkeypatch):
     [
         (np.zeros((5, 3)), r"shape \(5, 3\) do not fit organism 'puppet'"),
         (np.zeros((1, 1, 3)), "3 joints and at least 2 frames"),
-        (np.zeros((1, 5, 4)), "3 joints and at least 2 frames"),
         (np.full((1, 5, 3), np.nan), "not finite"),
     ],
 )
@@ -78,7 +60,6 @@ def test_angles_of_another_body_are_refused(playable, angles, says):
     ("wrong", "says"),
     [
         (lambda self, angles: 1 / 0, "failed while playing joint angles: ZeroDivisionError"),
-        (lambda self, angles: {}, "returned a dict as its motion"),
         (lambda self, angles: Motion(4.0, {"reach": angles}), "playing joint angles: KeyError"),
         (
             lambda self, angles: Motion(4.0, {"joint_angles": angles[:, 1:]}),

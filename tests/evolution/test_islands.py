@@ -11,7 +11,7 @@ from breeding import breed
 from gaitsim.errors import ExperimentError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.evolution.islands import evolve_epoch, migrate
+from gaitsim.evolution.islands import migrate
 from gaitsim.evolution.repeats import evolve_repeats
 from gaitsim.experiment import Islands
 
@@ -130,7 +130,7 @@ def test_one_island_is_a_search_without_islands(puppet):
     same(evolve(plain, here(plain)), evolve(experiment, here(experiment)))
 
 
-@pytest.mark.parametrize("every", [1, 2, 3, 7, 50])
+@pytest.mark.parametrize("every", [1, 3, 50])
 @pytest.mark.parametrize("topology", ["ring", "all"])
 def test_epochs_make_the_same_generations(puppet, every, topology):
     experiment = puppet(*THREE, f"islands.every={every}", f"islands.topology={topology}")
@@ -154,28 +154,6 @@ def test_a_search_stops_within_an_epoch(puppet):
     found = list(evolve(experiment, here(experiment), parallel_map=in_turn(experiment)))
     assert [generation.number for generation in found] == [1, 2, 3]
     assert found[-1].stop == "another generation would exceed 60 evaluations"
-
-
-def test_tasks_and_results_of_workers_can_be_pickled(puppet):
-    import pickle
-
-    experiment = puppet(*THREE)
-    tasks = []
-
-    def parallel_map(function, given):
-        tasks.extend(given)
-        return [function(experiment, task) for task in given]
-
-    generations = evolve(experiment, here(experiment), parallel_map=parallel_map)
-    next(generations)
-    assert not tasks
-    next(generations)
-    assert pickle.loads(pickle.dumps(evolve_epoch)) is evolve_epoch
-    for task in tasks:
-        ((genomes, evaluation), *_) = pickle.loads(
-            pickle.dumps(evolve_epoch(experiment, pickle.loads(pickle.dumps(task))))
-        )
-        assert len(genomes) == len(evaluation.scores) == 6
 
 
 def test_repeats_have_islands_of_their_own(puppet):
@@ -202,9 +180,6 @@ def test_repeats_have_islands_of_their_own(puppet):
             "2 migrants from each of 3 neighbours leave no room in a population of 6",
             "a whole number ≤ 1",
         ),
-        (("islands.number=0",), "invalid islands.number: 0 (", "≥ 1"),
-        (("islands.every=0",), "invalid islands.every: 0 (", "≥ 1"),
-        (("islands.migrants=-1",), "invalid islands.migrants: -1 (", "≥ 0"),
         (("islands.topology=star",), "invalid islands.topology: star (", '"ring" or "all"'),
         (("islands.count=3",), "unknown key", "number"),
         (("islands=3",), "is a section", "SECTION.OPTION=VALUE"),

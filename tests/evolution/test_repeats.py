@@ -43,16 +43,6 @@ def test_each_repeat_keeps_its_own_elite(name: str) -> None:
         np.testing.assert_array_equal(after[0], before[row.argmax()])
 
 
-def test_children_come_from_parents_of_their_own_repeat() -> None:
-    """Crossover alone never creates a gene that its repeat did not have."""
-    experiment = small("millipede-crossover")
-    space = experiment.space()
-    genomes = np.zeros((5, 9, space.genes), dtype=np.uint8)
-    genomes[[1, 3], :, ::6] = 1  # in these repeats every leg points back, in the others none
-    bred = breed(experiment, space, genomes, np.zeros((5, 9)), 2)
-    np.testing.assert_array_equal(bred, genomes)
-
-
 @pytest.mark.slow
 def test_repeats_are_distributed_as_single_runs_are() -> None:
     experiment = small("millipede-double-mutation", "evolution.generations=15")
@@ -64,13 +54,6 @@ def test_repeats_are_distributed_as_single_runs_are() -> None:
         single.append(end.progress.best_score)
     assert mannwhitneyu(last, single).pvalue > 0.01
     assert abs(last.mean() - np.mean(single)) < 0.6
-
-
-def test_best_scores_never_fall() -> None:
-    experiment = small("millipede-random")
-    best = list(evolve_repeats(experiment, partial(evaluate, experiment), 11))
-    assert np.shape(best) == (6, 11)
-    assert (np.diff(best, axis=0) >= 0).all()
 
 
 @pytest.mark.slow

@@ -4,10 +4,8 @@ from functools import partial
 from itertools import islice
 
 import numpy as np
-import pytest
 
 from breeding import warm_start_population
-from gaitsim.errors import PluginError
 from gaitsim.evaluation import evaluate
 from gaitsim.evolution import SearchProgress, evolve, reevaluate
 from gaitsim.experiment import Evolution
@@ -49,13 +47,6 @@ def test_a_search_that_remembers_no_genomes_drops_its_history_of_scores(puppet):
     assert len(reevaluated.state["best scores"]) == 0
     assert reevaluated.progress.evaluations == 24
     np.testing.assert_array_equal(reevaluated.state["mean"], last.state["mean"])
-
-
-def test_a_warm_start_checks_the_contract_of_the_mutation(puppet, puppets, monkeypatch):
-    experiment = puppet("search.start_share=1")
-    monkeypatch.setattr(puppets.Jitter, "mutate", lambda self, genomes, space, rng: genomes[1:])
-    with pytest.raises(PluginError, match="mutation 'puppet-jitter'"):
-        warm_start_population(experiment, experiment.space(), np.zeros(3))
 
 
 def test_a_warm_start_stays_within_bounds(puppet):

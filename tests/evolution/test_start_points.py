@@ -63,13 +63,6 @@ def test_start_points_score_better_than_nine_in_ten_random_genomes(preset, optio
     assert (scores(experiment, starts) > np.quantile(scores(experiment, drawn), 0.9)).all()
 
 
-def test_the_wing_beat_climbs_and_the_tetrapod_walks():
-    fly, spider = load_experiment("fly"), load_experiment("spider")
-    assert scores(fly, fly.starts()["wing beat"][None])[0] > 5
-    motion = spider.organism.move(spider.starts()["tetrapod"][None])
-    assert spider.organism.measures(motion)["forward"].values[0] > 1.8
-
-
 @pytest.mark.parametrize("search", SEARCHES)
 def test_the_first_genome_is_the_start_point(search):
     experiment = spider(search)

@@ -52,21 +52,11 @@ def test_a_file_runs_and_is_not_needed_again(shaped, tmp_path, gaitsim):
     assert "<b/>\n'''" in shown
 
 
-def test_a_package_whose_format_names_no_body_is_reported(shaped, install, tmp_path, gaitsim):
-    install("other", "", {"files": {"blob": "X.shape"}})
-    (tmp_path / "a.blob").touch()
-    assert "package other 1.0 does not refer to a body" in gaitsim("run", "a.blob", code=2).stderr
-    install("third", "", {"files": {"shape": "X.shape"}})
-    (tmp_path / "a.shape").touch()
-    assert "registered more than once" in gaitsim("run", "a.shape", code=2).stderr
-
-
 @pytest.mark.parametrize(
     ("stem", "name"),
     [
         ("spot", "spot"),
         ("a:b*c", "a-b-c"),
-        ("-x.", "x"),
         ("..", "experiment"),
         ("ä" * 300, "ä" * 50),
     ],

@@ -17,29 +17,15 @@ def changed(old, new):
 @pytest.mark.parametrize(
     ("text", "where", "what"),
     [
-        (SPIDER + "\nrate = 0.3\n", "line 3", "overwrite a value"),
-        (SPIDER + "\n[mutation]\n", "line 3", "('mutation',) twice"),
         (changed("[mutation]", "[[mutation]]"), "key mutation", "is a list of sections"),
-        (changed("= 200", "= true"), "key evolution.population", ": true ("),
         (changed("= 200", "= 200.0"), "key evolution.population", ": 200.0 ("),
-        (changed("= 200", "= '200'"), "key evolution.population", ': "200" ('),
-        (changed("= 200", "= [200]"), "key evolution.population", ": [200] ("),
-        (changed("= 200", "= {a = 1}"), "key evolution.population", "population: {a = 1} ("),
         (changed("= 200", "= 2020-01-02"), "key evolution.population", ": 2020-01-02 ("),
         (changed('"sine"', "2020-01-02"), "key organism.encoding", ": 2020-01-02 ("),
         (changed('"sine"', "3"), "key organism.encoding", "invalid organism.encoding: 3 ("),
-        (changed("0.25", "nan"), "key evolution.delta_fitness", "nan is not finite ("),
         (changed("0.25", "inf"), "key evolution.delta_fitness", "inf is not finite ("),
-        (changed("0.25", "1e400"), "key evolution.delta_fitness", "inf is not finite ("),
-        (changed("= 200", f"= {'9' * 5000}"), "", "a whole number is too long"),
-        (changed("seed = 0", f"seed = 0x{'f' * 5000}"), "key seed", "too long"),
-        (changed("seed = 0", f"seed = {2**63}"), "key seed", "too long"),
         (changed("seed = 0", "seed = -1"), "key seed", "invalid seed: -1"),
-        (changed("seed = 0", "seed = true"), "key seed", "true is not a whole number"),
-        (changed("seed = 0", "seed = 1.0"), "key seed", "1.0 is not a whole number"),
         (changed("seed = 0", "schema = 2"), "key schema", "belongs to a newer version of gaitsim"),
         (changed("seed = 0", "schema = 0"), "key schema", "there is no schema 0"),
-        (changed("seed = 0", "schema = '1'"), "key schema", '"1" is not a whole number'),
         ('experiments = ["spider"]', "key experiments", "the file is a study"),
         (changed("seed = 0", "sead = 0"), "key sead", 'unknown key "sead"'),
         (changed("seed = 0", "'' = 0"), "key ", 'unknown key ""'),
@@ -56,7 +42,6 @@ def changed(old, new):
             "key fitness.plugin",
             "3 is not the name of a plugin",
         ),
-        (changed('plugin = "spider-walk"', ""), "key fitness.plugin", "the fitness is missing"),
         (
             changed('plugin = "spider-walk"', 'plugin = "spider-wlak"'),
             "key fitness.plugin",
@@ -113,7 +98,7 @@ def test_all_problems_are_reported_at_once(parsed, problems):
         parsed("mutation.rate=7", "seed=x", text=text)
 
 
-@pytest.mark.parametrize("name", ["[bold]", "ü 2", "a.b", "名前", "x" * 200, "12"])
+@pytest.mark.parametrize("name", ["[bold]", "ü 2", "名前", "x" * 200])
 def test_a_name_that_a_folder_can_have_is_taken(parsed, name):
     assert parsed(f"name='{name}'").name == name
     assert with_overrides(parsed(f"name='{name}'"), {}).name == name
@@ -123,19 +108,12 @@ def test_a_name_that_a_folder_can_have_is_taken(parsed, name):
     "name",
     [
         "",
-        " ",
         "a/b",
         "..",
-        ".",
         ".hidden",
-        "-x",
         "a\\\\b",
-        "a:b",
         "x" * 201,
-        "é" * 101,
-        " a",
         "a\\n",
-        "a\\u001b[31m",
         "a\\u0000",
         "a\\u2028b",
     ],
@@ -174,10 +152,8 @@ def test_a_byte_order_mark_and_foreign_line_ends_do_no_harm(here):
     ("content", "what"),
     [
         (b"name = '\xe9'", "not a text file in UTF-8"),
-        (SPIDER.encode("utf-16"), "not a text file in UTF-8"),
         pytest.param(b"#" * 2_000_001, "too large", id="large"),
         (b"", "5 problems"),
-        (b"\x80\x04\x95", "not a text file in UTF-8"),
     ],
 )
 def test_a_file_that_is_not_text_is_an_error(here, content, what):
@@ -190,12 +166,8 @@ def test_a_file_that_is_not_text_is_an_error(here, content, what):
     ("reference", "what"),
     [
         ("no.toml", "file not found"),
-        ("no/such", "file not found"),
         ("folder.toml", "Is a directory"),
-        (".", "Is a directory"),
-        ("./..", "Is a directory"),
         (f"{'x' * 300}.toml", "name too long"),
-        ("file.toml/x", "Not a directory"),
         ("nul\0.toml", "null (byte|character)"),
         ("/dev/zero", "not a regular file"),
     ],

@@ -9,10 +9,8 @@ from tomlkit import document, dumps, table
 
 from gaitsim import toml
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment, read_outline
+from gaitsim.experiment import load_experiment, parse_assignments, parse_experiment
 from gaitsim.experiment.model import _multiline
-from gaitsim.storage.compare_runs import differences
-from gaitsim.storage.stages import changes
 
 LINES = '<shape name="cube">\n' + "  <side/>\n" * 20_000 + "</shape>\n"
 
@@ -75,18 +73,6 @@ def test_the_words_of_a_validator_have_the_key_of_their_option(problem, shaped):
     too_long = problem(f"organism.label={LINES * 6}", text=shaped)
     assert "too long" in too_long.what
     assert len(str(too_long)) < 500
-
-
-def test_changes_show_long_texts_by_their_beginning_and_tell_them_apart(shaped):
-    one, two = (
-        read_outline(shaped.replace('"cube"', f"\"cube\"\nshape = '''{text}'''"), "x.toml")
-        for text in (LINES, LINES.replace("side", "Side"))
-    )
-    (change,) = changes(one, two)
-    (difference,) = differences([[(1, one)], [(1, two)]])
-    assert len(str(change)) < 300
-    assert all(value.startswith('<shape name="cube"> (200 kB') for value in difference.values)
-    assert len(set(difference.values)) == 2
 
 
 def test_dots_in_a_long_text_are_no_nested_tables():

@@ -59,11 +59,8 @@ def test_invalid_keys_are_named(text, key):
     ("more", "what"),
     [
         ("seed = inf", "seed is missing or invalid"),
-        ("seed = -1", "seed is missing or invalid"),
         ("name = [1]", "name is missing or invalid"),
-        ("description = 3", "description is missing or invalid"),
         (f"many = [{'1,' * 30_000}]", "too many values"),
-        ("a." * 21 + "a = 1", "nested too deeply"),
         ("""'a'."b" . """ * 11 + "a = 1", "nested too deeply"),
     ],
 )

@@ -8,28 +8,11 @@ from hypothesis import given, settings, strategies as st
 
 from gaitsim.errors import ExperimentError
 from gaitsim.experiment import (
-    Typed,
     load_experiment,
     parse_assignments,
-    parse_experiment,
     with_overrides,
 )
 from gaitsim.registry import KINDS
-from gaitsim.registry.loading import read_preset
-
-
-@pytest.mark.parametrize(
-    ("text", "pair"),
-    [
-        ("a=1", ("a", "1")),
-        (" a.b = x y ", ("a.b", "x y")),
-        ("a=", ("a", "")),
-        ("a=b=c", ("a", "b=c")),
-        ("é.ü=1\n2", ("é.ü", "1\n2")),
-    ],
-)
-def test_an_assignment_is_split_at_its_first_equals_sign(text, pair):
-    assert [*parse_assignments([text]).items()] == [pair]
 
 
 def test_invalid_assignments_are_reported_at_once():
@@ -44,11 +27,9 @@ def test_invalid_assignments_are_reported_at_once():
     ("key", "value", "expected"),
     [
         ("seed", np.int64(7), 7),
-        ("name", "12", "12"),
         ("mutation.rate", np.float32(0.5), 0.5),
         ("evolution.population", 40, 40),
         ("evolution.fitness_threshold", None, None),
-        ("evolution.target_score", 1e-300, 1e-300),
         ("crossover.plugin", "none", "none"),
     ],
 )
@@ -66,16 +47,12 @@ def test_a_value_keeps_its_type(key, value, expected):
     ("key", "value"),
     [
         ("mutation.rate", "0.1"),  # only a typed text is read as a number
-        ("evolution.population", 40.5),
         ("evolution.population", 2**70),
         ("evolution.population", True),
-        ("name", 12),
         ("name", "\udcff"),
         ("mutation.rate", object()),
-        ("mutation.rate", {"a": {1, 2}}),
         ("crossover.plugin", 3),
         ("a key", 1),
-        ("", 1),
         (3, 1),
         ("evolution", {"population": 40}),
     ],
@@ -86,12 +63,6 @@ def test_a_value_of_another_type_is_refused_with_its_key_and_place(key, value):
     (problem,) = raised.value.problems
     assert problem.where.startswith("the study")
     assert problem.key in (str(key), "")
-
-
-def test_a_typed_text_means_what_the_option_takes():
-    text = read_preset("spider-genetic")
-    assert parse_experiment(text, "x", {"mutation.rate": Typed(".5")}).mutation.rate == 0.5
-    assert parse_experiment(text, "x", {"name": Typed("12")}).name == "12"
 
 
 def test_every_option_is_reached_from_the_command_line(parsed):
@@ -127,15 +98,10 @@ def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_type
     ("change", "where", "what"),
     [
         ("", "", '"" is not KEY=VALUE'),
-        ("seed", "", '"seed" is not KEY=VALUE'),
-        ("=3", "", '"=3" is not KEY=VALUE'),
         ("evolution..population=3", "", "is not KEY=VALUE"),
         ("evolution=3", "key evolution", '"evolution" is a section'),
-        ("organism={plugin='spider'}", "key organism", '"organism" is a section'),
         ("evol.population=3", "key evol.population", 'unknown section "evol"'),
         ("worlds.ranges={glue=[0, 1]}", "key worlds.ranges.glue", "no condition 'glue'"),
-        ("évolution.population=3", "key évolution", 'unknown section "évolution"'),
-        ("a.b.c=3", "key a.b.c", 'unknown section "a"'),
         ("population=3", "key population", 'unknown key "population"'),
         ("evolution.popul=3", "key evolution.popul", 'unknown key "popul"'),
         (
@@ -143,26 +109,16 @@ def test_another_plugin_drops_the_options_of_the_old_one_but_keeps_what_was_type
             "key evolution.population.x",
             '"evolution.population" is an option, not a section',
         ),
-        ("evolution.population=", "key evolution.population", 'invalid evolution.population: "" ('),
-        (
-            "evolution.population=1e3",
-            "key evolution.population",
-            "invalid evolution.population: 1e3 (",
-        ),
         (
             "evolution.population=none",
             "key evolution.population",
             "invalid evolution.population: none (",
         ),
         ("evolution.population=\0", "key evolution.population", "invalid evolution.population: "),
-        ("mutation.rate=1\nseed=2", "key mutation.rate", "invalid mutation.rate: "),
         ("mutation.rate=[bold]", "key mutation.rate", "invalid mutation.rate: [bold] ("),
         ("mutation.rate=nan", "key mutation.rate", "invalid mutation.rate: nan is not finite ("),
-        ("mutation.rate=0,1", "key mutation.rate", "invalid mutation.rate: 0,1 ("),
         ("organism.encoding=\udcff", "", "is not valid UTF-8"),
         ("organism.plugin=3", "key organism.plugin", "unknown organism plugin '3'"),
-        ("seed=" + "9" * 5000, "key seed", "is not a whole number"),
-        ("seed=" + "[" * 5000, "key seed", "is not a whole number"),
         ("search.elites=200", "x.toml, key evolution.population", "200 elites leave no room"),
     ],
 )
@@ -180,9 +136,7 @@ def test_an_invalid_override_is_refused(problem, change, where, what):
     [
         ("population", "'evolution.population'"),
         ("rate", "'mutation.rate'"),
-        ("sead", "'seed'"),
         ("evolution.populatoin", "'population'"),
-        ("mutaton.rate", "'mutation'"),
     ],
 )
 def test_a_key_is_refused_with_the_nearest(problem, key, hint):
@@ -197,10 +151,3 @@ def test_any_change_is_taken_or_refused(parsed, text):
             parsed(change)
         except ExperimentError:
             continue
-
-
-@given(st.text())
-@settings(max_examples=200)
-def test_any_text_is_refused_as_a_file(parsed, text):
-    with pytest.raises(ExperimentError):
-        parsed(text=text)

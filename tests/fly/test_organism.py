@@ -147,14 +147,9 @@ def test_terms_follow_their_definitions() -> None:
         ({"control_step": 0.0007}, "'control_step', 0.0007 s"),
         ({"duration": 0.005}, "'duration', 0.005 s"),
         ({"duration": 600, "dt": 1e-6}, "600,000,000 steps, but at most 2,000,000"),
-        ({"duration": 600.0, "trials": 100}, "100 trials"),
         ({"hidden": (1, 2, 3, 4, 5)}, "'hidden' has 5"),
-        ({"dt": 0.0}, "dt\n.*0.000001"),
-        ({"dt": -0.1}, "dt\n.*0.000001"),
         ({"flap_limit": 91.0}, "flap_limit\n.*90"),
-        ({"pitch_limit": -1.0}, "pitch_limit\n.* 0 "),
         ({"hidden": (20, 0)}, "hidden.1\n.* 1 "),
-        ({"wings": "three"}, "symmetric"),
     ],
 )
 def test_invalid_options_are_refused(options: dict[str, Any], message: str) -> None:

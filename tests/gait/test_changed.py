@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evaluation.worlds import in_world
 from gaitsim.experiment import OWN_WORLD, load_experiment
@@ -38,19 +37,6 @@ def test_a_world_changes_only_its_conditions(walker):
     assert weak.experiment.organism == expected.organism
     assert weak.score == evaluate(expected, GENOME).scores[0]
     assert weak.stem == "generation-12-friction-0.4--servo-torque-0.6"
-
-
-@pytest.mark.parametrize(
-    ("preset", "world", "named"),
-    [
-        ("millipede", {"friction": 1.0}, "no conditions that vary between worlds"),
-        ("walker", {"ice": 1.0}, "friction"),
-    ],
-)
-def test_a_body_is_only_in_worlds_that_it_can_be_in(preset, world, named):
-    individual = Individual(load_experiment(preset), 0.0, {}, 1, GENOME[0])
-    with pytest.raises(GaitsimError, match=named):
-        with_world(individual, world)
 
 
 def test_a_score_over_worlds_is_not_taken_for_that_of_the_motion(walker):

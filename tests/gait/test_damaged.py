@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.experiment import load_experiment
 from gaitsim.gait import with_damage
@@ -40,13 +39,3 @@ def test_a_gait_from_a_file_is_played_on_the_damaged_body(whole):
     )
     hurt = with_damage(played, DAMAGE)
     assert np.array_equal(hurt.motion["pose"], with_damage(whole, DAMAGE).motion["pose"])
-
-
-@pytest.mark.parametrize(
-    ("preset", "damage", "named"),
-    [("fly", ["L1 lost"], "'fly' cannot be damaged"), ("spider", ["L9 lost"], "L1, L2, L3")],
-)
-def test_a_body_is_damaged_only_as_it_can_be(preset, damage, named):
-    experiment = load_experiment(preset)
-    with pytest.raises(GaitsimError, match=named):
-        with_damage(Individual(experiment, 0.0, {}, 1, GENOME[0]), damage)

@@ -48,23 +48,16 @@ def npz(**fields):
     ("name", "content", "says"),
     [
         ("a.txt", b"", "does not have the extension of a gait file"),
-        ("a", b"", "does not have the extension of a gait file"),
         ("a.npz", b"", "is not a gait file"),
-        ("a.npz", b"PK\3\4 and more", "is not a gait file"),
         ("a.npz", npz(other=ANGLES), "neither joint_angles nor bestGait"),
         ("a.npz", npz(joint_angles=np.array([[{}]], dtype=object)), "allow_pickle"),
-        ("a.npz", npz(joint_angles=ANGLES[0]), "and shape (3,)"),
         ("a.npz", npz(joint_angles=ANGLES[:1]), "and shape (1, 3)"),
         ("a.npz", npz(joint_angles=ANGLES * np.nan), "not all finite"),
         ("a.npz", npz(joint_angles=ANGLES, frame_rate=0.0), "frame rate is 0"),
         ("a.npz", npz(joint_angles=ANGLES, joint_names=["a"]), "names 1 of its 3 joints"),
-        ("a.npz", npz(joint_angles=ANGLES.astype(str)), "its angles have dtype <U"),
         ("a.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "is not a gait file"),
-        ("a.mat", b"nothing", "is not a gait file"),
         ("a.csv", b"", "first column is not time_s"),
-        ("a.csv", b"time_s,a\n0,1\n1", "is not a gait file"),
         ("a.csv", b"time_s,a\n0,x\n1,2", "could not convert"),
-        ("a.csv", b"\xff\xfe", "is not a gait file"),
         ("a.csv", b"time_s,a\n0,1\n0,2\n", "frame rate is"),
     ],
 )
@@ -76,21 +69,6 @@ def test_other_files_are_rejected(name, content, says, tmp_path):
     assert says in told.value.what
     assert str(path) in told.value.what
     assert "time_s" in told.value.allowed
-
-
-def test_files_that_cannot_be_read_are_refused(tmp_path):
-    for path, says in (
-        (tmp_path / "none.npz", "file not found"),
-        (tmp_path, "does not have the extension of a gait file"),
-        (Path("a\0.npz"), "null"),
-    ):
-        with pytest.raises(GaitsimError) as told:
-            read_gait(path)
-        assert says in told.value.what
-    folder = tmp_path / "folder.npz"
-    folder.mkdir()
-    with pytest.raises(GaitsimError, match="Is a directory"):
-        read_gait(folder)
 
 
 def test_files_too_large_are_not_read(tmp_path, monkeypatch):

@@ -9,7 +9,6 @@ import pytest
 from hypothesis import given, strategies as st
 
 from gaitsim.contracts import Channel, Motion
-from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment, with_overrides
 from gaitsim.gait.gait_files import GaitFile, play_gait
 from gaitsim.gait.robustness import EXPLOIT, FRAGILE, measure_robustness, mirrored_joints
@@ -71,22 +70,6 @@ def test_terms_over_time_end_with_the_score(on_the_spider):
     # A search that reads measures does not need their channels of a part of the motion.
     atlas = replace(individual, experiment=load_experiment("spider-atlas"))
     assert terms_over_time(atlas).terms["forward"] == pytest.approx(found.terms["forward"])
-
-
-def test_a_fitness_that_cannot_evaluate_a_part_raises(puppet, install):
-    source = (
-        "from typing import ClassVar\nfrom gaitsim.contracts import Fitness\n"
-        "class Whole(Fitness):\n    needs: ClassVar = ('joint_angles',)\n"
-        "    def terms(self, motion):\n        angles = motion['joint_angles']\n"
-        "        if angles.shape[1] != 5: raise ValueError('five frames')\n"
-        "        return {'end': angles[:, 4, 0]}\n"
-    )
-    install("whole", source, {"fitness": {"whole": "Whole"}})
-    experiment = puppet("fitness.plugin=whole")
-    individual = Individual.of_motion(experiment, experiment.organism.move(np.full((1, 3), 0.5)))
-    with pytest.raises(GaitsimError, match="five frames"):
-        terms_over_time(individual)
-    assert individual.terms == {"end": 0.5}
 
 
 def test_a_motion_that_fails_has_no_score(puppet, install):

@@ -8,7 +8,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.gait.changed import has_rhythm_on_twin, play_on_twin, rhythm_on_twin
 from gaitsim.individual import Individual
-from gaitsim.steering import SteeredDrive, driven
+from gaitsim.steering import SteeredDrive
 
 
 @pytest.fixture(scope="module", params=["sine", "cpg"])
@@ -46,14 +46,6 @@ def test_a_champion_turns_as_told(champion):
     for second in (3.0, 4.0, 5.0):
         drive.advance_to(second)
     assert drive.turned - turned == pytest.approx(3 * told, rel=0.25)
-
-
-@pytest.mark.slow
-def test_a_champion_is_driven_in_python(champion):
-    found = driven(champion, [{"speed": 0.2}, {"at": 2.0, "turn": 20.0}])
-    assert found.experiment.organism.model == "spider-physics"
-    yaw = np.unwrap(found.motion["orientation"][0, :, 2])
-    assert np.degrees(yaw[500] - yaw[200]) == pytest.approx(120, rel=0.15)
 
 
 def individual(angles):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.errors import PluginError
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evaluation.worlds import draw_unseen_worlds, draw_worlds
 from gaitsim.experiment import load_experiment
@@ -23,7 +23,6 @@ from gaitsim.render.terminal.explanation import (
     check_results,
     feedback_results,
     summary_line,
-    world_results,
 )
 
 EXPERIMENT = load_experiment("walker", {"organism.duration": 1, "worlds.number": 3})
@@ -93,39 +92,6 @@ class TestUnseenWorlds:
         first = with_world(changed, found.worlds[0])
         assert first.world["friction"] == 0.2
         assert found.outcomes[0].score == first.score
-
-    @pytest.mark.parametrize(
-        ("ranges", "named"),
-        [
-            ({"ice": (0, 1)}, "ice"),
-            ({"friction": (1.0, 0.5)}, "friction"),
-            ({"mass": (-1, 1)}, "mass"),
-        ],
-    )
-    def test_ranges_that_the_body_cannot_be_in_are_refused(self, walker, ranges, named):
-        with pytest.raises(GaitsimError) as error:
-            evaluate_unseen(walker, 3, ranges=ranges)
-        assert named in str(error.value)
-
-    def test_results_are_described(self):
-        slope = np.linspace(-3, 3, 120)
-        results = np.where(np.abs(slope) > 1, 1.6, 1.9)
-        found = made(results, np.abs(slope) > 2.9, side_slope=slope)
-        assert summary_line(found) == (
-            "In 120 unseen worlds: median 1.60 m, worst tenth 1.60 m, 4 falls; "
-            "most sensitive to side slope"
-        )
-        table, hurting = world_results(found)
-        assert ("worst tenth, mean", "1.600", "80 %") in table.rows
-        [row] = hurting.rows
-        assert row[:4] == ("side_slope", "below −1° or above 1°", "0.300", "4 of 80")
-
-    def test_a_gait_that_does_not_move_is_described(self):
-        still = made(np.zeros(20), friction=np.linspace(0, 1, 20))
-        table, hurting = world_results(replace(still, nominal=walked(0.0)))
-        assert "not move forward in any world" in table.warning
-        assert table.columns == ("", "forward m")
-        assert hurting.rows == ()
 
     def test_failed_motions_do_not_spoil_the_description(self):
         results = np.r_[-np.inf, -np.inf, np.arange(18.0)]
@@ -199,14 +165,14 @@ class TestChecks:
         ("checks", "message"),
         [
             ([{"frction": 1.0}], "names an invalid check: unknown condition 'frction'"),
-            ([{"friction": 9.0}], "names an invalid check: invalid value of the condition"),
-            ([{"friction": "much"}], "failed while naming its checks"),
             (None, "failed while naming its checks"),
         ],
     )
     def test_a_wrong_check_is_an_error_of_the_plugin(self, checks, message, monkeypatch):
         monkeypatch.setattr(type(SHORT.organism), "checks", lambda body: checks)
-        with pytest.raises(PluginError, match=f"organism 'robot' of package gaitsim .* {message}"):
+        with pytest.raises(
+            PluginError, match=f"organism 'robot' of package gaitsim-robot .* {message}"
+        ):
             check_gait(Individual(SHORT, 0.0, {}, 1, TROT))
 
     def test_other_bodies_have_no_checks(self, walker):

@@ -1,21 +1,16 @@
 """Fixtures: runs of puppets, which other processes can import."""
 
 import asyncio
-import os
 from pathlib import Path
 
 import pytest
 
 from gaitsim.storage.creation import create_run
 
-PUPPETS = Path(__file__).parents[1] / "puppets"
-
 
 @pytest.fixture(autouse=True)
-def here(tmp_path, monkeypatch, puppets):
+def _here(here):
     """Change to the test's folder; other processes can import the puppets, too."""
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
 
 
 @pytest.fixture

@@ -91,13 +91,7 @@ def test_a_run_evolves_to_the_end_and_reports_all_rows(new_run):
     assert last.champion.genome == tuple(genome)
 
 
-def test_a_run_equals_one_of_the_command_line(new_run, gaitsim):
-    path = new_run()
-    gaitsim("resume", path)
-    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
-
-
-@pytest.mark.parametrize("seed", range(5))
+@pytest.mark.parametrize("seed", range(2))
 def test_stops_pauses_and_steps_do_not_change_the_run(new_run, seed):
     drawn = random.Random(seed)
     path = new_run()
@@ -126,15 +120,6 @@ def test_a_change_equals_a_resume_with_options(new_run, gaitsim, assignments):
     gaitsim("resume", other, *(part for text in assignments for part in ("--set", text)))
     assert fingerprint(path) == fingerprint(other)
     assert fingerprint(path) != fingerprint(uninterrupted(new_run))
-
-
-def test_champions_of_an_earlier_fitness_are_dropped(new_run):
-    path = new_run()
-    snapshots = steer(path, "pause", *["step"] * 7, change("fitness.price=5.0"), "step", "stop")
-    history = RunSnapshot(path).history
-    assert snapshots[-1].scored_from == RunSnapshot(path).first_comparable == 8
-    assert snapshots[-1].champion.generation == 8
-    assert snapshots[-1].champion.score == history["best"][7]
 
 
 def test_an_invalid_change_is_reported_and_has_no_effect(new_run):
@@ -194,27 +179,6 @@ def test_a_broken_plugin_is_reported_and_the_run_resumes(new_run, install):
         RunSnapshot(path).history["best"].tolist()
         == RunSnapshot(uninterrupted(new_run)).history["best"].tolist()
     )
-
-
-def test_a_full_disk_is_reported_and_the_run_resumes(new_run, monkeypatch):
-    path = new_run()
-    real = writing.write_checkpoint
-
-    def write(place, checkpoint, previous):
-        if checkpoint.generation == 4:
-            with writing.writing(place):
-                raise FULL
-        real(place, checkpoint, previous)
-
-    with monkeypatch.context() as patch:
-        patch.setattr(writing, "write_checkpoint", write)
-        patch.setattr(writing, "PERIOD", 0.0)
-        snapshot = steer(path)[-1]
-    assert (snapshot.state, snapshot.generation) == ("failed", 3)
-    assert "No space left" in snapshot.error.what
-    assert "free some space" in snapshot.error.remedy
-    steer(path)
-    assert fingerprint(path) == fingerprint(uninterrupted(new_run))
 
 
 def test_a_failed_run_can_be_opened_once_it_is_reported(new_run, monkeypatch):

@@ -1,7 +1,6 @@
 """Runs that evolve in their own process."""
 
 import asyncio
-import json
 import os
 import signal
 import subprocess
@@ -58,20 +57,6 @@ async def test_a_process_pauses_continues_and_changes_options(new_run, wait):
     assert snapshot.state == "stopped"
     assert snapshot.generations == 10_000
     assert RunSnapshot(path).generation == snapshot.generation > 5
-
-
-@pytest.mark.slow
-async def test_a_slow_reader_gets_all_rows_merged(new_run, wait):
-    path = new_run()
-    process = RunProcess(path)
-    await process.start()
-    await wait(lambda: process.last.ended)
-    snapshots = [snapshot async for snapshot in process]
-    await process.wait_ended()
-    (snapshot,) = snapshots
-    assert snapshot.rows["generation"].tolist() == list(range(1, 31))
-    assert snapshot.rows["best"].tolist() == RunSnapshot(path).history["best"].tolist()
-    assert next(event.generation for event in snapshot.events if event.kind == "best") == 1
 
 
 PARENT = """
@@ -176,18 +161,6 @@ def test_a_plugin_that_exits_is_reported_with_its_last_line(new_run, install, mo
     snapshot = asyncio.run(final_snapshot(RunProcess(new_run("run", "organism.plugin=deadly"))))
     assert snapshot.state == "failed"
     assert "its log ends with: [bold]I end it all" in snapshot.error.what
-
-
-def test_lines_are_json(new_run):
-    path = new_run("run", generations=3000)
-    done = subprocess.run(
-        [sys.executable, "-m", "gaitsim.live", str(path)],
-        input=b'{"do": "stand on your head"}\nnonsense\n[]\n{"do":"set","values":3}\n',
-        stdout=subprocess.PIPE,
-        check=True,
-    )
-    lines = [json.loads(line) for line in done.stdout.splitlines()]
-    assert lines[-1]["state"] == "stopped"  # because its input ended
 
 
 def test_no_user_interface_is_imported(new_run):

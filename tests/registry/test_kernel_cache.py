@@ -46,14 +46,6 @@ def test_kernels_compile_without_a_cache_with_one_warning(nowhere, install):
     assert [*Path(os.environ["NUMBA_CACHE_DIR"]).rglob("*.nbi")]  # for worker processes
 
 
-def test_a_cache_that_can_be_written_is_used(nowhere, install, tmp_path):
-    cache = nowhere(tmp_path / "cache")
-    install("kernels_c", KERNEL)
-    assert import_module("kernels_c").double(3) == 6
-    assert not missing_cache()
-    assert [*cache.rglob("*.nbi")]
-
-
 def test_a_cache_that_is_full_or_damaged_is_left_alone(nowhere, install, tmp_path, monkeypatch):
     cache = nowhere(tmp_path / "cache")
     full = OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

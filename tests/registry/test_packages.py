@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from gaitsim.registry import entry_points
 from gaitsim.registry.entry_points import own_packages
 
 ROOT = Path(__file__).parents[2]
@@ -96,7 +97,11 @@ def test_a_package_adds_a_screen(install, tmp_path):
     folder = install("fake", SOURCE, ENTRIES)
     path = f"import sys; sys.path.insert(0, {str(folder)!r})\n"
     done = subprocess.run(
-        [sys.executable, "-c", path + DRIVE], cwd=tmp_path, capture_output=True, text=True
+        [sys.executable, "-c", path + DRIVE],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.stdout.split() == ["hello", "gaitsim"], done.stderr
 
@@ -107,19 +112,44 @@ def test_a_screen_that_cannot_be_loaded_is_reported(install, tmp_path):
     code = (
         "from gaitsim.tui.screens import base\nfrom gaitsim.tui.keys import broken\nprint(*broken)"
     )
-    done = subprocess.run([sys.executable, "-c", path + code], capture_output=True, text=True)
+    done = subprocess.run(
+        [sys.executable, "-c", path + code], capture_output=True, text=True, check=False
+    )
     assert "screen 'hello' of package fake 1.0 failed" in done.stdout, done.stderr
 
 
 @pytest.mark.parametrize(
     ("words", "package"),
     [
-        (("run", "no-such-preset"), ""),
-        (("imitate-nothing",), ""),
+        (("run", "hexapod"), "gaitsim-robot"),
+        (("run", "dog.urdf"), "gaitsim-robot"),
+        (("adapt", "puppet"), "gaitsim-adaptation"),
+        (("robots", "list"), "gaitsim-robot"),
+        (("plugins", "check"), "gaitsim-testing"),
+        (("export", "puppet", "--format", "html"), "gaitsim-page"),
+        (("run", "spider", "--set", "fitness.plugin=travel"), "gaitsim-robot"),
+        (("run", "nothing"), ""),
+        (("nothing",), ""),
     ],
 )
-def test_other_unknown_names_have_no_hint(gaitsim, words, package):
-    assert "pip install" not in gaitsim(*words, code=2).stderr
+def test_a_name_of_a_package_that_is_not_installed_says_how_to_install_it(
+    gaitsim, finished, monkeypatch, words, package
+):
+    real = entry_points.entries
+
+    def without_packages(kind):
+        return {
+            name: claims
+            for name, claims in real(kind).items()
+            if not claims[0].package.startswith("gaitsim-")
+        }
+
+    for module in [*sys.modules.values()]:
+        if getattr(module, "entries", None) is real:
+            monkeypatch.setattr(module, "entries", without_packages)
+    said = gaitsim(*words, code=2).stderr
+    assert ("pip install " in said) == bool(package)
+    assert package in said
 
 
 def test_the_catalogue_lists_what_the_packages_provide():

@@ -3,7 +3,6 @@
 import html
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import matplotlib
 import matplotlib.image
@@ -16,24 +15,19 @@ from matplotlib.path import Path as MatplotlibPath
 import gaitsim as gs
 from gaitsim.actions.plot import file_stem
 from gaitsim.contracts import Channel, Motion, Skeleton, Subject
-from gaitsim.errors import GaitsimError, NothingToPlotError, PluginError
+from gaitsim.errors import GaitsimError, NothingToPlotError
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.registry.loading import load_product, products
 from gaitsim.render.plots.components import limit_constant, lines_of, read_signal
 from gaitsim.render.plots.data import window_slice
 from gaitsim.render.plots.labels import add_heading
-from gaitsim.render.plots.style import DARK, LIGHT, THEMES, picture, save, styled
-from gaitsim.render.scene import THEMES as SCENES
+from gaitsim.render.plots.style import DARK, LIGHT, picture, save, styled
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim_adaptation.atlas import load_atlas
 from gaitsim_plots.archive import polygons
 from gaitsim_plots.genome import MAX_GENES
 from gaitsim_plots.joints import legs_of
 from gaitsim_plots.path import scene_of
-from gaitsim_plots.phase import stride_of
-from gaitsim_studies.comparison import Sample, analyse
-from gaitsim_studies.plots import FIGURES
 
 SPACE = ("x", "y", "z")
 
@@ -140,8 +134,6 @@ def drawn(spider_run, bundled):
         runs = {"phase": "millipede", "front": "spider-front", "parallel": "spider-front"}
         runs |= dict.fromkeys(("archive", "gaits", "search"), "spider-atlas")
         run = bundled(runs[kind]) if kind in runs else spider_run
-        if kind == "runs":
-            more["beside"] = (str(bundled("millipede").path),)
         if kind == "archive":
             more["axes"] = ("duty factor L1", "duty factor R1")
         return draw(kind, request_for(run, **more))
@@ -233,19 +225,6 @@ def test_an_archive_shows_the_score_of_each_cell_and_marks_the_best(puppet_run, 
         draw("archive", Request(run, axes=("reach", "speed")))
 
 
-def test_pairs_of_many_axes_form_half_a_matrix_labelled_at_its_edges(tmp_path):
-    axes = [f"duty factor {leg}" for leg in ("L1", "L2", "L3", "R1", "R2")]
-    small = {"evolution.generations": 1, "evolution.population": 10}
-    atlas = load_atlas("spider-genetic", axes=dict.fromkeys(axes), cells=20, set=small)
-    for _ in gs.evolve(atlas, out=tmp_path / "run"):
-        pass
-    *panels, _ = draw("archive", Request(RunSnapshot(tmp_path / "run"))).axes
-    assert len(panels) == 10
-    for which in ("x", "y"):
-        shown = [getattr(one, f"get_{which}label")() for one in panels]
-        assert [name for name in shown if name] == (axes[:-1] if which == "x" else axes[1:])
-
-
 def test_an_archive_with_one_axis_is_a_step_line(puppet_run):
     axes = "{ reach = [-3, 3] }"
     run = puppet_run("search.plugin=map-elites", f"search.axes={axes}", "search.cells=[6]")
@@ -287,35 +266,6 @@ def test_figures_of_a_search_are_drawn_over_the_evaluations(bundled, puppet_run)
             draw(kind, Request(puppet_run()))
 
 
-OWN_SETTINGS = {"lines.linewidth": 9, "font.size": 20, "axes.facecolor": "red"}
-
-
-@pytest.mark.parametrize("kind", FIGURES)
-def test_users_settings_do_not_change_a_comparison(kind, spider_run):
-    rising = np.maximum.accumulate(np.random.default_rng(1).random((4, 9)), axis=1)
-    found = analyse({"a": Sample(spider_run.experiment, rising)}, 10_000)
-    plain = picture(FIGURES[kind](found, LIGHT), "svg", LIGHT)
-    with matplotlib.rc_context(OWN_SETTINGS):
-        assert picture(FIGURES[kind](found, LIGHT), "svg", LIGHT) == plain
-    assert b"4 repeats" in plain
-
-
-def test_side_colours_are_the_same_in_plots_and_videos_and_not_used_for_lines():
-    for name, theme in THEMES.items():
-        scene = SCENES[name]
-        assert (theme.left, theme.right) == (scene.left, scene.right)
-        assert theme.colours == scene.bodies
-        assert not {theme.left, theme.right} & {*theme.colours}
-        assert theme.foot_colours(["L1", "R2", "near", "far", "left_leg", "tail"]) == [
-            theme.left,
-            theme.right,
-            theme.right,
-            theme.left,
-            theme.left,
-            theme.ink,
-        ]
-
-
 def test_angles_are_in_degrees_small_lengths_in_millimetres_and_the_last_second_has_a_label(
     spider_run,
 ):
@@ -352,19 +302,6 @@ def test_a_line_at_zero_is_inside_its_panel_and_counts_are_whole(bundled, flier)
 
 
 @pytest.mark.slow
-def test_genes_are_coloured_by_position_between_bounds(spider_run, bundled):
-    axes = draw("genome", request_for(spider_run)).axes[0]
-    space = spider_run.experiment.space()
-    (image,) = axes.images
-    genomes = np.stack([spider_run.best_genome(number) for number in (1, 2, 3)])
-    assert np.allclose(image.get_array(), ((genomes - space.lower) / space.width).T)
-    assert [label.get_text() for label in axes.get_yticklabels()] == [*space.labels]
-    bits = bundled("millipede")
-    (image,) = draw("genome", request_for(bits)).axes[0].images
-    assert np.array_equal(image.get_array()[:, 0], bits.best_genome(1))
-
-
-@pytest.mark.slow
 def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_path):
     small = {"evolution.generations": 3, "evolution.population": 4, "organism.duration": 0.3}
     for _ in gs.evolve(load_experiment("fly", small), out=tmp_path / "run"):
@@ -381,47 +318,9 @@ def test_the_genes_of_a_long_genome_that_change_most_are_drawn_with_names(tmp_pa
     assert f"the {MAX_GENES} of {space.genes} genes" in axes.get_title(loc="left")
 
 
-@pytest.mark.slow
-def test_arcs_of_the_clock_begin_at_touch_down_and_span_the_stance(bundled):
-    request = request_for(bundled("millipede"))
-    clock = draw("phase", request).axes[0]
-    _, found, _ = stride_of(request.individual)
-    arcs = [(arc.get_x(), arc.get_width()) for arc in clock.patches]
-    stepping = np.flatnonzero(np.isfinite(found.phases))
-    duty = [found.feet[foot].duty_factor for foot in stepping]
-    assert np.allclose(arcs, 2 * np.pi * np.stack([found.phases[stepping], duty], axis=1))
-
-
 def test_feet_without_a_common_stride_have_no_phase_plot(spider_run):
     with pytest.raises(NothingToPlotError, match="no common stride"):
         draw("phase", request_for(spider_run))
-
-
-def test_the_band_covers_runs_that_differ_only_in_seed(puppet_run, tmp_path):
-    def run(name, *overrides):
-        run = puppet_run(*overrides)
-        run.path.rename(name)
-        return RunSnapshot(Path(name))
-
-    one = run("one")
-    bests = [one.history["best"]]
-    for seed in (2, 3):
-        bests.append(run(f"seed-{seed}", f"seed={seed}", "evolution.generations=4").history["best"])
-    run("copy")
-    run("short", "seed=4", "evolution.generations=1")
-    run("other", "seed=5", "search.elites=1")
-    (tmp_path / "damaged").mkdir()
-    (tmp_path / "damaged" / "experiment.toml").write_text("[")
-    (axes,) = draw("runs", request_for(one)).axes
-    (line,) = axes.lines
-    so_far = np.maximum.accumulate([best[:4] for best in bests], axis=1)
-    assert np.allclose(line.get_ydata(), np.median(so_far, axis=0))
-    assert np.array_equal(line.get_xdata(), one.history["evaluations"][:4])
-    assert line.get_label() == "one (3 seeds)"
-    (band,) = axes.collections
-    low, high = band.get_datalim(axes.transData).intervaly
-    assert low == pytest.approx(np.quantile(so_far, 0.25, axis=0).min())
-    assert high == pytest.approx(np.quantile(so_far, 0.75, axis=0).max())
 
 
 def test_terms_have_a_common_scale_or_are_shares_on_request(spider_run):
@@ -464,27 +363,6 @@ def with_channels(run, monkeypatch, **channels):
     declared = {name: channel for name, (channel, _) in channels.items()}
     monkeypatch.setattr(bodies, "channels", {**bodies.channels, **declared})
     return request_for(run, window=(1.0, 3.0))
-
-
-def test_the_load_on_a_foot_is_a_curve_in_its_row(spider_run, monkeypatch):
-    load = np.zeros((300, 8, 3))
-    load[..., 2] = 0.6 + 0.3 * np.sin(np.arange(300) / 5)[:, None]
-    load[40, 2, 2] = 50.0  # an impact is clipped
-    request = with_channels(
-        spider_run,
-        monkeypatch,
-        load=(Channel(("frames", "feet", SPACE), "N", ""), load),
-        weight=(Channel((), "N", ""), np.array(7.2)),
-    )
-    figure = draw("footfall", request)
-    curves = figure.axes[0].collections[8:]
-    for foot, curve in enumerate(curves):
-        corners = curve.get_paths()[0].vertices
-        heights = (foot + 0.36 - corners[:, 1]) / 0.72
-        expected = load[30:91, foot, 2].clip(0, 1)
-        assert heights.max() == pytest.approx(expected.max())
-        assert {*heights.round(6)} >= {*expected.round(6)}
-    assert "vertical load: full row 1 N, body weight 7.2 N" in texts(figure)
 
 
 def test_joint_angles_are_in_degrees_with_a_panel_for_each_leg(spider_run):
@@ -547,13 +425,10 @@ def test_joints_are_grouped_by_leg_if_names_begin_with_the_leg(names, legs):
     ("names", "joints"),
     [
         ("FL_hip_joint FL_calf_joint FR_hip_joint FR_calf_joint", ["hip joint", "calf joint"]),
-        ("LF_HAA LF_KFE RF_HAA RF_KFE", ["HAA", "KFE"]),
         ("hip_joint_front_left knee_joint_front_left hip_joint_rear_right knee_joint_rear_right",
          ["hip joint", "knee joint"]),
-        ("hip_1 ankle_1 hip_2 ankle_2", ["hip", "ankle"]),
         # Not ordered by leg, without the name of a leg, or different on each side.
         ("L_hip R_hip L_knee R_knee", None),
-        ("joint1 joint2 joint3 joint4", None),
         ("L_hip L_knee R_hip R_ankle", None),
     ],
 )  # fmt: skip
@@ -567,17 +442,6 @@ def test_joints_with_other_names_are_grouped_by_foot(names, joints):
             "L1": dict(zip(joints, (0, 1), strict=True)),
             "R1": dict(zip(joints, (2, 3), strict=True)),
         }
-
-
-def test_a_margin_below_zero_is_shaded(spider_run, monkeypatch):
-    import gaitsim.gait as module
-
-    margin = np.full(300, 0.01)
-    margin[30:60], margin[60:75] = -0.005, -np.inf
-    monkeypatch.setattr(module, "margin_of", lambda shown: margin)
-    written = texts(draw("stability", request_for(spider_run)))
-    assert "least: −5.0 mm" in written
-    assert "unsupported: 15% of the time" in written
 
 
 def test_commands_changes_of_reflexes_and_yaw_are_drawn_in_degrees():
@@ -647,65 +511,6 @@ def test_drawn_bodies_neither_overlap_nor_hide_a_path_that_returns(flier, radius
     assert said == (bodies == 0)
 
 
-def test_a_body_far_smaller_than_its_path_is_enlarged(flier, monkeypatch):
-    shown = flier.individual()
-    centre = np.linspace([0, 0, 0], [0, 0, 100.0], 20)
-    ends = centre[:, None, None] + np.array([[[0.5, 0, 0], [-0.5, 0, 0]]])
-    skeleton = Skeleton(ends, ("body",), 4.0, centre=centre)
-    object.__setattr__(shown, "skeleton", skeleton)
-    scene = scene_of(skeleton, slice(0, 20))
-    assert scene.factor == 10
-    assert np.ptp(scene.bodies[0, 0, :, 0]) == pytest.approx(10)
-    assert any("body × 10" in text for text in texts(draw("path", Request(flier, (shown,)))))
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize(
-    ("size", "low", "high"),
-    [
-        (0.2, [0, 0, 0], [0, 0, 100.0]),
-        (0.5, [0, 0, 0.3], [-0.7, 0, -3.4]),  # a fall
-        (0.5, [0, 0, 0.3], [-4, 0, -1.2]),  # down a slope
-        (0.5, [0, 0, -0.2], [-4, 0, -1.25]),
-        (0.05, [0, 0, 0.01], [0.11, 0, 0.01]),  # a walk of centimetres
-        (0.01, [0, 0, 0], [0.003, 0.004, 0.02]),
-        (0.001, [0, 0, 0], [-0.003, -0.004, 0]),
-        (1, [0, 0, 0], [2500, -1200, 900]),
-    ],
-)
-def test_texts_of_a_path_do_not_overlap(flier, size, low, high):
-    shown = flier.individual()
-    centre = np.linspace(low, high, 20)
-    cross = np.array([[[size, 0, 0], [-size, 0, 0]], [[0, size, 0], [0, -size, 0]]])
-    skeleton = Skeleton(centre[:, None, None] + cross, ("x", "y"), 4.0, centre=centre)
-    object.__setattr__(shown, "skeleton", skeleton)
-    figure = draw("path", Request(flier, (shown,)))
-    with styled(LIGHT):
-        canvas = FigureCanvasAgg(figure)
-        canvas.draw()
-        low, high = figure.bbox.min, figure.bbox.max
-        written = [
-            text
-            for panel in figure.axes
-            for axis in (panel.xaxis, panel.yaxis)
-            for text in (
-                axis.label,
-                panel.title,
-                *(tick.label1 for tick in axis._update_ticks()),  # only visible ones
-            )
-            if text.get_text()
-        ]
-        boxes = [text.get_window_extent(canvas.get_renderer()) for text in written]
-    over = [
-        (written[one].get_text(), written[other].get_text())
-        for other in range(len(boxes))
-        for one in range(other)
-        if boxes[one].overlaps(boxes[other])
-    ]
-    assert over == []
-    assert all((box.min >= low - 1).all() and (box.max <= high + 1).all() for box in boxes)
-
-
 @pytest.mark.parametrize("broken", ["all", "some"])
 def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     shown = flier.individual()
@@ -718,21 +523,6 @@ def test_frames_that_are_not_finite_are_left_out_of_the_path(flier, broken):
     else:
         with pytest.raises(NothingToPlotError, match="puppet"):
             draw("path", request)
-
-
-def test_a_body_that_is_one_point_has_a_path(puppet_run):
-    assert "start" in texts(draw("path", request_for(puppet_run())))
-
-
-def test_a_channel_with_an_undeclared_shape_names_the_body(flier, puppets, monkeypatch):
-    declared = {
-        **puppets.Puppet.channels,
-        "place": Channel(("frames", "trials", ("x", "z")), "m", ""),
-    }
-    monkeypatch.setattr(puppets.Puppet, "channels", declared)
-    with pytest.raises(PluginError, match="'place'") as error:
-        read_signal(flier.individual(), "place")
-    assert error.value.allowed == "(population, frames, trials, [x, z])"
 
 
 @pytest.mark.parametrize(
@@ -753,29 +543,6 @@ def test_components_are_chosen_by_name_or_index(flier, components, names):
         assert np.array_equal(line.values, channel.values[:, trial - 1, axis])
 
 
-def test_only_the_first_of_many_trials_is_drawn(flier):
-    channel = read_signal(flier.individual(), "place")
-    many = replace(
-        channel,
-        values=np.zeros((5, 9, 3)),
-        entries=(tuple(f"trial {trial}" for trial in range(1, 10)), channel.entries[1]),
-    )
-    assert [line.name for line in lines_of(many, ())] == ["trial 1 x", "trial 1 y", "trial 1 z"]
-    assert [line.name for line in lines_of(many, ("trial 9", "z"))] == ["trial 9 z"]
-
-
-def test_generations_are_lines_of_one_panel(spider_run):
-    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "z"))
-    (axes,) = draw("channel", request).axes
-    first, last = lines(axes)
-    assert (first.get_label(), last.get_label()) == ("generation 1", "generation 3")
-    assert np.array_equal(
-        first.get_ydata(), 1000 * request.individuals[0].motion["feet"][0, :, 0, 2].astype(float)
-    )
-    assert axes.get_ylabel() == "feet L1 z (mm)"
-    assert (first.get_color(), first.get_linestyle()) != (last.get_color(), last.get_linestyle())
-
-
 def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, puppets, monkeypatch):
     real = puppets.Puppet.move
 
@@ -790,21 +557,6 @@ def test_a_channel_has_a_unit_and_gaps_at_values_that_are_not_finite(flier, pupp
     assert all(np.isnan(line.get_ydata()[2:]).all() for line in lines(figure.axes[0]))
 
 
-def test_truth_values_are_bars(flier, spider_run):
-    figure = draw("channel", request_for(flier, channel="landed"))
-    assert figure.axes[0].get_ylabel() == "landed"
-    axes = draw("channel", request_for(spider_run, channel="stance")).axes[0]
-    assert len(axes.collections) == 8
-
-
-def test_the_error_for_an_unknown_channel_lists_the_known_ones(spider_run):
-    with pytest.raises(GaitsimError, match="has no channel 'margins'") as error:
-        draw("channel", request_for(spider_run, channel="margins"))
-    assert error.value.remedy == "did you mean 'margin'?"
-    for name, description in spider_run.experiment.organism.channels.items():
-        assert f"{name}: {description}" in error.value.allowed
-
-
 def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     for component in ("w", "4", "0", "-1", "", "²"):
         with pytest.raises(GaitsimError, match="has no component") as error:
@@ -817,13 +569,6 @@ def test_unknown_components_and_channels_without_frames_are_rejected(flier):
     with pytest.raises(GaitsimError, match="one value per gait") as error:
         draw("channel", request_for(flier, channel="reach"))
     assert error.value.allowed == "place, rotation, landed"
-
-
-@pytest.mark.parametrize("kind", ["footfall", "stability"])
-def test_the_error_for_a_body_without_feet_names_the_requirement(flier, kind):
-    with pytest.raises(NothingToPlotError, match="puppet") as error:
-        draw(kind, request_for(flier))
-    assert "contacts" in error.value.allowed
 
 
 @pytest.mark.parametrize(
@@ -841,10 +586,3 @@ def test_a_window_without_motion_is_rejected():
         assert "0 to 9.967 s" in error.value.allowed
     with pytest.raises(NothingToPlotError, match="only one frame"):
         window_slice(1, 30.0, None)
-
-
-def test_file_names_describe_the_plot(spider_run):
-    assert stem("fitness", request_for(spider_run)) == "fitness"
-    assert stem("path", request_for(spider_run, 2)) == "path-generation-2"
-    request = request_for(spider_run, 1, 3, channel="feet", components=("L1", "../z"))
-    assert stem("channel", request) == "channel-feet-L1----z-generation-1-3"

@@ -1,6 +1,3 @@
-import errno
-import os
-
 import numpy as np
 import pytest
 
@@ -58,22 +55,6 @@ def test_unknown_formats_are_rejected(spider_run, tmp_path, name):
     with pytest.raises(GaitsimError, match="not have the extension of a plot") as error:
         plot_fitness(spider_run, tmp_path / name)
     assert error.value.allowed == ".png, .svg, .pdf"
-
-
-def test_a_failed_write_is_reported_in_one_message(spider_run, tmp_path, monkeypatch):
-    with pytest.raises(RunError, match="there is no folder"):
-        plot_fitness(spider_run, tmp_path / "missing" / "a.png")
-    (tmp_path / "b.png").mkdir()
-    with pytest.raises(RunError, match="it is a folder"):
-        plot_fitness(spider_run, tmp_path / "b.png")
-
-    def full(*arguments):
-        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
-
-    monkeypatch.setattr(os, "fsync", full)
-    with pytest.raises(RunError, match=r"cannot write a\.png: No space left"):
-        plot_fitness(spider_run, tmp_path / "a.png")
-    assert [path.name for path in tmp_path.iterdir()] == ["b.png"]
 
 
 def with_history(run, monkeypatch, **columns):

@@ -113,12 +113,6 @@ def test_members_without_a_value_are_counted_and_skipped():
     drawn(none)
 
 
-def test_a_picture_too_small_for_axes_is_blank():
-    scatter = Scatter(curved(9), ("speed", "cost"), WORDS, 12, 6)
-    assert not scatter.fits
-    assert not "".join(drawn(scatter, (0,))[0]).strip()
-
-
 def test_colours_are_visible_on_the_background():
     view = front(*np.random.default_rng(1).random((30, 3)))
     for levels in (ON_DARK, ON_LIGHT, ON_ANY):

@@ -274,23 +274,6 @@ def test_the_whole_race_is_in_the_picture(view, bodies):
             assert (corners < (640, 480)).all()
 
 
-def test_bodies_that_fall_behind_leave_the_picture_and_the_leader_stays():
-    clips = [Clip(flier(climb), tag=str(climb)) for climb in (-300, 2)]
-    scene = Scene(clips, (640, 480), "side", "light", leader=1)
-    scene.draw(2.0)
-    lost, leader = (
-        np.concatenate([path.vertices for path in runner.body.get_paths()])
-        for runner in scene.world.runners
-    )
-    assert ((leader > 0) & (leader < (640, 480))).all()
-    assert (lost[:, 1] < 0).all()
-    assert np.ptp(leader[:, 1]) > 0
-    (tag,) = scene.world.runners[0].tag.get_paths()
-    assert (tag.vertices >= 0).all()
-    altitudes = [labels.format_progress(clip, clip.at(2.0), 2.0) for clip in scene.world.clips]
-    assert altitudes == ["altitude −300.00 m", "altitude 2.00 m"]
-
-
 def test_a_planar_body_is_seen_from_the_side_instead_of_from_above():
     seen = [
         Scene([Clip(planar(1.0))], (320, 240), view, "light").draw(1.0) for view in ("top", "side")

@@ -1,6 +1,5 @@
 """Differential evolution: the paper's formulas, optima, saved states and invalid states."""
 
-import io
 from itertools import islice, takewhile
 
 import numpy as np
@@ -31,15 +30,6 @@ def rastrigin(genomes):
 
 def context(genes=3, population=6, rng=0, **parts):
     return Context(box(genes), population, 1, np.random.default_rng(rng), **parts)
-
-
-def saved(state):
-    """Write the state to a file, and return it as read from there."""
-    file = io.BytesIO()
-    np.savez(file, **state)
-    file.seek(0)
-    with np.load(file) as arrays:
-        return dict(arrays)
 
 
 # Each budget is 1.3 times the median of 21 seeds, and exceeds the largest of them.

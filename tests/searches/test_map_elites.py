@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from pydantic import ValidationError
 
 from gaitsim.contracts import BitSpace, Context, RealSpace, Results
 from gaitsim.contracts.search import NO_STARTS
@@ -182,22 +181,6 @@ def test_a_state_with_inconsistent_arrays_is_refused(name):
     if name not in {"cells", "genomes"}:
         unknown = {**state, name: np.full_like(state[name], np.nan)}
         assert "inconsistent arrays" in search.mismatch(unknown, _context(4))
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"axes": {}},
-        {"axes": {"x": (1, 1)}},
-        {"axes": {"x": (0, float("nan"))}},
-        {"axes": AXES, "cells": (5,)},
-        {"axes": AXES, "cells": (2_000, 2_000)},
-        {"axes": AXES, "cells": 1},
-    ],
-)
-def test_invalid_options_are_refused(options):
-    with pytest.raises(ValidationError):
-        MapElites(**options)
 
 
 def test_emitters_are_refused_for_bits_small_populations_and_many_genes():

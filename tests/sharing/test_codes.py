@@ -56,33 +56,6 @@ def test_a_code_holds_its_experiment_genome_and_score_to_the_bit(name):
         assert found.code == code
 
 
-def test_codes_are_short_enough_for_chats():
-    lengths = {}
-    for name in ("millipede", "spider", "walker"):
-        found = challenge(name)
-        # NumPy before 2.4 lists the processor's features one by one.
-        versions = {**found.versions, "processor": "X86_V3 X86_V4"}
-        lengths[name] = len(replace(found, versions=versions).code)
-    assert lengths["millipede"] < 170
-    assert lengths["walker"] < 300
-    assert lengths["spider"] < 500
-
-
-def test_genomes_of_other_bytes_than_bits_survive(millipede):
-    genome = np.array([0, 1, 2, 255, 7], np.uint8)
-    found = Challenge.read(replace(millipede, genome=genome).code)
-    assert found.genome.tolist() == genome.tolist()
-    assert found.genome.flags.writeable
-
-
-def test_any_text_of_an_experiment_survives():
-    odd = "a \"b\" 'c' \\ é \U0001f577 <script>"
-    experiment = gs.load_experiment("millipede", {"description": odd})
-    genome = experiment.space().random(1, np.random.default_rng(1))[0]
-    found = Challenge.read(code_of(Individual(experiment, 1.0, {}, 1, genome)))
-    assert found.experiment.description == odd
-
-
 def test_codes_of_this_format_are_read_for_ever():
     dictionary = files("gaitsim.sharing").joinpath("dictionary-1.txt").read_bytes()
     assert hashlib.sha256(dictionary).hexdigest() == DICTIONARY
@@ -106,18 +79,12 @@ def test_white_space_and_long_dashes_do_not_matter(millipede):
     "text",
     [
         "\ufeff{}",
-        "\u200b{}\u200b",
         "“{}”",
-        "‘{}’",
-        "«{}»",
-        "{}.",
         "({}), my best so far",
         "Look at this: {} walks 3 m",
         "Look at this:\n{}\nSee you, Ada",
-        "**{}**",
         "https://example.org/play?code={}&speed=2",
         "https://example.org/#{}",
-        "[play](https://example.org/?code={})",
     ],
 )
 def test_a_code_is_found_in_a_text(millipede, text):
@@ -126,7 +93,7 @@ def test_a_code_is_found_in_a_text(millipede, text):
     assert Challenge.read(whole).code == millipede.code
 
 
-@pytest.mark.parametrize("mark", ["> ", ">> ", "  ", "| ", "\u200b", "> \u2060"])
+@pytest.mark.parametrize("mark", ["> ", ">> ", "\u200b", "> \u2060"])
 def test_a_code_is_found_in_quoted_lines(millipede, mark):
     code = millipede.code
     lines = ["Ada wrote:", *(code[at : at + 40] for at in range(0, len(code), 40)), "See you"]
@@ -161,11 +128,8 @@ def test_every_changed_missing_or_extra_character_is_damage(millipede):
         ("", "not a challenge code"),
         ("spider", "not a challenge code"),
         ("gaitsim1-", "is damaged: nothing follows gaitsim1-"),
-        ("gaitsim1-A", "is damaged: its first characters are missing or were changed"),
-        ("gaitsim1-AAAAAAAA", "is damaged: its first characters are missing or were changed"),
         ("gaitsim1-zzzzAAAA", "is damaged: its first characters are missing or were changed"),
         (SPIDER[:-5], "it should have 343 characters but has 338"),
-        (f"see {SPIDER[:-5]}.", "it should have 343 characters but has 338"),
         (SPIDER + "A", "it should have 343 characters but has 344"),
         ("gaitsim2-AAAAAAAA", "has format 2"),
         ("gaitsim1-AAA…AAAA", "character 13 is '…'"),
@@ -205,12 +169,10 @@ def test_any_sealed_bytes_are_refused(packed):
     ("changes", "words"),
     [
         ({"score": float("nan")}, "score is nan, not a finite number"),
-        ({"score": float("inf")}, "score is inf, not a finite number"),
         ({"generation": 0}, "generation is 0, not from 1 to 100,000,000"),
         ({"generation": 4_000_000_000}, "generation is 4,000,000,000, not from 1 to"),
         ({"genome": np.array([np.nan])}, "not finite"),
         ({"versions": {"numpy": "\x1b[2J"}}, "not texts"),
-        ({"versions": {"": "1"}}, "not texts"),
         ({"versions": {"x": "1" * 6000}}, "not texts"),
         ({"text": "x" * 2_000_001}, "too long"),
     ],

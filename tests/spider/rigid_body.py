@@ -7,7 +7,7 @@ from the physics engine.
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cache
 from typing import Any, Literal
 
 import mujoco
@@ -33,9 +33,11 @@ KP = 20.0  # N·m/rad
 DAMPING = 0.2  # N·m·s/rad
 ARMATURE = 5e-4  # kg·m²
 TORQUE_LIMIT = 0.8  # N·m
+TIMESTEP = 0.002  # s
+FRAME_RATE = 30.0  # Hz
 SETTLE = 0.5  # s
 
-# Arguments of `replay` that represent other plausible simulators, floors and servos.
+# Arguments of `replay` that represent other plausible floors and servos.
 VARIANTS: dict[str, dict[str, Any]] = {
     "nominal": {},
     "low friction": {"friction": 0.5},
@@ -43,7 +45,6 @@ VARIANTS: dict[str, dict[str, Any]] = {
     "soft servo": {"kp": KP / 3, "torque_limit": 0.5},
     "30 ms delay": {"lag": 0.03},
     "30 ms first-order lag": {"lag": 0.03, "lag_kind": "first-order"},
-    "pyramidal friction": {"cone": "pyramidal", "impratio": 1.0},
 }
 
 
@@ -60,19 +61,13 @@ class Replay:
     fell: bool  # whether it tilted beyond 45°, or the belly carried half the weight in a frame
     belly: float  # share of the time that the belly touched the floor
     path: Array  # (frames, 3), m: forward, left, height
-    heading: Array  # (frames,), degrees
     duty: Array  # (8,), share of the time that each foot carried load
     load: Array  # (frames − 1, 9), N: load on feet and belly, mean over each frame interval
 
 
-@lru_cache(maxsize=32)
-def _model(
-    timestep: float = 0.002,
-    servo: tuple[float, float, float] = (KP, DAMPING, TORQUE_LIMIT),
-    floor: tuple[float, str, float] = (0.8, "elliptic", 10.0),
-) -> Any:
+@cache
+def _model(friction: float = 0.8, kp: float = KP, torque_limit: float = TORQUE_LIMIT) -> Any:
     """Return the spider on a flat floor; all joints are at 0 in the neutral pose."""
-    (kp, damping, torque_limit), (friction, cone, impratio) = servo, floor
     knee = np.array([FEMUR * math.cos(FEMUR_PITCH), 0.0, FEMUR * math.sin(FEMUR_PITCH)])
     foot = np.array([TIBIA * math.cos(TIBIA_PITCH), 0.0, TIBIA * math.sin(TIBIA_PITCH)])
 
@@ -100,16 +95,16 @@ def _model(
           </body>
         </body>""")
         actuators += [
-            f'<position joint="{leg} {joint}" kp="{kp}" kv="{damping}"'
-            f' forcerange="{-torque_limit} {torque_limit}"/>'
+            f'<position joint="{leg} {joint}" kp="{kp}" kv="{DAMPING}"'
+            f' forcerange="-{torque_limit} {torque_limit}"/>'
             for joint in ("coxa", "femur", "tibia")
         ]
         sensors.append(f'<touch site="{leg}"/>')
     return mujoco.MjModel.from_xml_string(f"""
     <mujoco>
       <compiler angle="radian"/>
-      <option timestep="{timestep}" gravity="0 0 {-GRAVITY}" integrator="implicitfast"
-              cone="{cone}" impratio="{impratio}"/>
+      <option timestep="{TIMESTEP}" gravity="0 0 {-GRAVITY}" integrator="implicitfast"
+              cone="elliptic" impratio="10"/>
       <default>
         <geom contype="0" conaffinity="0" condim="3" friction="{friction} 0 0" solref="0.01 1"/>
         <joint type="hinge" armature="{ARMATURE}"/>
@@ -157,63 +152,49 @@ def links(joint_angles: ArrayLike, without: tuple[str, ...] = ()) -> tuple[Array
     return masses, np.array(places)
 
 
-def commands(angles: Array, frame_rate: float, timestep: float, delay: float, hold: bool) -> Array:
+def commands(angles: Array, delay: float) -> Array:
     """Return the commands to the servos in each step, (steps, 24), from first to last frame."""
     last = len(angles) - 1
-    time = np.arange(round(last / frame_rate / timestep)) * timestep
-    when = np.clip((time - delay) * frame_rate + 1e-9, 0, last)
+    time = np.arange(round(last / FRAME_RATE / TIMESTEP)) * TIMESTEP
+    when = np.clip((time - delay) * FRAME_RATE + 1e-9, 0, last)
     frame = np.minimum(when.astype(int), last - 1)
-    share = when - frame
-    share = np.floor(share) if hold else share
-    commanded: Array = angles[frame] + share[:, None] * (angles[frame + 1] - angles[frame])
+    share = (when - frame)[:, None]
+    commanded: Array = angles[frame] + share * (angles[frame + 1] - angles[frame])
     return commanded
 
 
-def first_order(commanded: Array, timestep: float, lag: float) -> Array:
+def first_order(commanded: Array, lag: float) -> Array:
     """Return commands after a low-pass filter with the time constant `lag`."""
     late = commanded.copy()
     for step in range(1, len(late)):
-        late[step] = late[step - 1] - math.expm1(-timestep / lag) * (
-            commanded[step] - late[step - 1]
-        )
+        behind = commanded[step] - late[step - 1]
+        late[step] = late[step - 1] - math.expm1(-TIMESTEP / lag) * behind
     return late
 
 
 def replay(
     joint_angles: ArrayLike,
-    frame_rate: float = 30.0,
     *,
     lag: float = 0.0,
     lag_kind: Literal["delay", "first-order"] = "delay",
-    hold: bool = False,
-    friction: float = 0.8,
-    kp: float = KP,
-    damping: float = DAMPING,
-    torque_limit: float = TORQUE_LIMIT,
-    timestep: float = 0.002,
-    cone: Literal["elliptic", "pyramidal"] = "elliptic",
-    impratio: float = 10.0,
+    **floor_and_servos: float,
 ) -> Replay:
     """Play a gait, (frames, 24) radians from the neutral pose, on servos and a floor.
 
     The spider is put down in the first frame's pose, holds it for half a second, and then plays
-    from the first frame to the last. `lag` (s) is a delay or a time constant. With `hold`, servos
-    jump from frame to frame instead of moving linearly.
+    from the first frame to the last. `lag` (s) is a delay or a time constant. Other arguments are
+    those of the model.
     """
     angles = np.asarray(joint_angles, dtype=np.float64)
-    if angles.ndim != 2 or angles.shape[1] != 24 or len(angles) < 2:
-        raise ValueError(f"expected joint angles (frames ≥ 2, 24), got {angles.shape}")
-    if not np.isfinite(angles).all():
-        raise ValueError("joint angles must be finite")
-    model = _model(timestep, (kp, damping, torque_limit), (friction, cone, impratio))
     delay = lag if lag_kind == "delay" else 0.0
-    commanded = commands(angles, frame_rate, timestep, delay, hold)
+    commanded = commands(angles, delay)
     if lag > delay:
-        commanded = first_order(commanded, timestep, lag)
+        commanded = first_order(commanded, lag)
+    model = _model(**floor_and_servos)
     data = mujoco.MjData(model)
     data.qpos[2] = FOOT_RADIUS - feet(angles[0])[0, :, 2].min()
     data.qpos[7:] = data.ctrl[:] = angles[0]
-    mujoco.mj_step(model, data, nstep=round(SETTLE / timestep))
+    mujoco.mj_step(model, data, nstep=round(SETTLE / TIMESTEP))
 
     pose, load = np.empty((len(commanded) + 1, 7)), np.empty((len(commanded), 9))
     pose[0] = data.qpos[:7]
@@ -222,7 +203,7 @@ def replay(
         mujoco.mj_step(model, data)
         pose[step + 1], load[step] = data.qpos[:7], data.sensordata
     # The engine resets its time after a divergence.
-    if data.time < SETTLE + (len(commanded) - 1) * timestep:
+    if data.time < SETTLE + (len(commanded) - 1) * TIMESTEP:
         raise FloatingPointError("the simulation became unstable: use a shorter timestep")
     return _summary(pose, load, len(angles))
 
@@ -248,7 +229,6 @@ def _summary(pose: Array, load: Array, frames: int) -> Replay:
         fell=bool(upright.min() < math.cos(math.pi / 4) or frame_load[:, 8].max() > WEIGHT / 2),
         belly=float((load[:, 8] > 0).mean()),
         path=track[at_frame],
-        heading=np.degrees(yaw - yaw[0])[at_frame],
         duty=(load[:, :8] > 0).mean(axis=0),
         load=frame_load,
     )

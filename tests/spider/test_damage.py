@@ -4,11 +4,6 @@ import numpy as np
 import pytest
 import reference
 
-from gaitsim.errors import GaitsimError
-from gaitsim.render.scene import THEMES, Clip, draw
-from gaitsim.render.scene.themes import rgb
-from gaitsim.render.terminal import body as terminal
-from gaitsim.render.terminal.body import Viewpoint
 from gaitsim_spider import body
 from gaitsim_spider.organism import Spider
 
@@ -106,40 +101,3 @@ def test_a_skeleton_omits_lost_legs_and_keeps_their_hips_as_contacts() -> None:
     assert skeleton.contacts is not None
     assert skeleton.touching is not None
     assert not skeleton.touching[:, 1].any()
-
-
-@pytest.mark.parametrize("theme", THEMES)
-def test_damage_is_visible_in_pictures(theme: str) -> None:
-    spider = damaged("L2 lost", "R1 femur stuck 20")
-    picture = draw(spider.skeleton(spider.move(GENOMES), 0), theme=theme)[..., :3]
-    crimson = np.abs(picture - 255 * rgb(THEMES[theme].damaged)).max(axis=-1) < 2
-    assert crimson.sum() > 100
-    whole = draw(Spider().skeleton(INTACT, 0), theme=theme)[..., :3]
-    assert not (np.abs(whole - 255 * rgb(THEMES[theme].damaged)).max(axis=-1) < 2).any()
-
-
-def test_damage_is_visible_in_a_terminal() -> None:
-    spider = damaged("L2 lost", "R1 femur stuck 20")
-    motion = spider.move(GENOMES)
-    codes, inks = terminal.picture(Clip(spider.skeleton(motion, 0)), 0, Viewpoint(), 80, 24)
-    lost = codes == terminal.LOST
-    assert lost.sum() == 1
-    assert (inks[lost] == terminal.DAMAGED).all()
-    assert (inks == terminal.DAMAGED).sum() > 1
-    whole = terminal.picture(Clip(Spider().skeleton(INTACT, 0)), 0, Viewpoint(), 80, 24)[1]
-    assert terminal.DAMAGED not in whole
-
-
-@pytest.mark.parametrize(
-    ("damage", "named"),
-    [
-        ("L1 femur weak", "spider-physics"),
-        ("L1 femur stuck 31", "-30° to 30°"),
-        ("X lost", "L1, L2"),
-    ],
-)
-def test_invalid_damage_is_refused(damage: str, named: str) -> None:
-    with pytest.raises(GaitsimError) as caught:
-        damaged(damage)
-    assert caught.value.key == "damage"
-    assert named in str(caught.value)

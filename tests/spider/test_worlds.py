@@ -87,20 +87,6 @@ def test_heavier_legs_move_the_centre_of_mass() -> None:
     assert np.abs(moment[2]) > 1e-3
 
 
-def test_an_individual_moves_the_same_in_a_world_alone_and_in_any_chunk() -> None:
-    spider = Spider(world=EVERYTHING, damage=("L2 lost", "R1 femur slow 0.5", "R2 tibia stuck 10"))
-    genomes = spider.genome_space().random(9, np.random.default_rng(0))
-    whole = spider.move(genomes)
-    for part in (slice(0, 1), slice(4, 9)):
-        alone = spider.move(genomes[part].copy())
-        for name in spider.channels:
-            assert np.array_equal(whole[name][part], alone[name]), name
-    assert (
-        whole["joint_positions"][:, :, body.JOINTS.index("R2 tibia")] == np.float32(np.radians(10))
-    ).all()
-    assert spider.skeleton(whole, 3).segments.shape[1] == 4 + 7 * 3
-
-
 def test_a_nominal_world_does_not_change_any_bit() -> None:
     genomes = Spider().genome_space().random(3, np.random.default_rng(0))
     nominal = {name: one.nominal for name, one in Spider().conditions().items()}

@@ -78,17 +78,3 @@ def half(puppet, here):
     path = create_run(puppet(LONG, THRESHOLD), Path("half"))
     continue_run(path, 4)
     return RunSnapshot(path)
-
-
-@pytest.fixture
-def make(puppet, tmp_path):
-    """Return a function that creates a run of puppets evolved to a generation."""
-
-    def make(name="walk", generation=3, *overrides, generations=5):
-        experiment = puppet(f"evolution.generations={generations}", *overrides)
-        path = create_run(experiment, tmp_path / "runs" / name)
-        if generation:
-            continue_run(path, generation)
-        return path
-
-    return make

@@ -79,8 +79,6 @@ def test_data_is_on_the_disk_before_the_name_is(tmp_path, monkeypatch):
     ("code", "remedy"),
     [
         (errno.ENOSPC, "free some space"),
-        (errno.EDQUOT, "free some space"),
-        (errno.EROFS, "choose another folder"),
         (errno.EACCES, "choose another folder"),
         (errno.EIO, "check the disk"),
     ],

@@ -346,17 +346,6 @@ def test_a_damaged_checkpoint_falls_back_and_is_kept(pair, checkpoint):
     assert len(names_in(path.parent)) == 4
 
 
-def test_a_folder_in_place_of_the_checkpoint_is_renamed(pair, checkpoint):
-    path, previous = pair
-    path.unlink()
-    path.mkdir()
-    (path / "file").touch()
-    assert read_with_fallback(path, previous)[0].generation == 7
-    assert (path.with_name("population.damaged-1.pickle") / "file").exists()
-    write_checkpoint(path, checkpoint(generation=9), previous)
-    assert read_checkpoint(path).generation == 9
-
-
 def test_a_newer_checkpoint_does_not_fall_back(pair):
     path, previous = pair
     newer(path)

@@ -29,17 +29,7 @@ def test_a_run_without_its_checkpoints_does_not_start_from_scratch(whole):
     assert RunSnapshot(whole.path).generation == 0
 
 
-@pytest.mark.parametrize(("name", "wrong"), [("reach", "reached"), ("median", "middle")])
-def test_a_history_with_other_columns_is_an_error(half, name, wrong):
-    path = half.path / "history.csv"
-    path.write_text(path.read_text().replace(name, wrong))
-    before = path.read_bytes()
-    with pytest.raises(RunError, match=r"history\.csv is damaged"):
-        continue_run(half.path)
-    assert path.read_bytes() == before
-
-
-@pytest.mark.parametrize("until", [1, 2, 4, 7, 8])
+@pytest.mark.parametrize("until", [1, 4, 7])
 def test_a_resumed_run_is_identical(whole, puppet, until):
     path = create_run(puppet(LONG, THRESHOLD))
     continue_run(path, until)
@@ -47,9 +37,7 @@ def test_a_resumed_run_is_identical(whole, puppet, until):
     assert_same(RunSnapshot(path), whole)
 
 
-@pytest.mark.parametrize(
-    "stop", ["stagnation=2", "target_score=2.4", "max_evaluations=40", "stagnation=3"]
-)
+@pytest.mark.parametrize("stop", ["stagnation=2", "target_score=2.4", "max_evaluations=40"])
 def test_a_resumed_run_stops_at_the_same_generation(puppet, stop):
     overrides = ("evolution.generations=60", f"evolution.{stop}")
     whole = create_run(puppet(*overrides))
@@ -161,11 +149,6 @@ def edit(path, old, new):
     ("old", "new", "allowed"),
     [
         ("population = 6", "population = 7", "a population of 7 with 3 genes of the kind 'real'"),
-        (
-            'plugin = "puppet"',
-            'plugin = "bit-puppet"',
-            "a population of 6 with 3 genes of the kind 'bit'",
-        ),
     ],
 )
 def test_an_experiment_edited_to_other_genomes_is_an_error(half, old, new, allowed):

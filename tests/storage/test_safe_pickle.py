@@ -251,14 +251,11 @@ REFUSED = EXECUTING | {
     "NEWOBJ": value_of(b"cpathlib\nPath\n)\x81"),
     "NEWOBJ_EX": value_of(b"cpathlib\nPath\n)}\x92"),
     "EXT1": value_of(b"\x82\x01"),
-    "EXT2": value_of(b"\x83\x01\x01"),
     "EXT4": value_of(b"\x84\x01\x01\x01\x01"),
     "PERSID": value_of(b"Pname\n"),
     "BINPERSID": value_of(b"NQ"),
     "BYTEARRAY8": value_of(b"\x96" + struct.pack("<Q", 1) + b"x"),
-    "BYTEARRAY8, huge": value_of(b"\x96" + HUGE + b"x"),
     "NEXT_BUFFER": value_of(b"\x97"),
-    "READONLY_BUFFER": value_of(b"\x97\x98"),
     "BINBYTES, huge": value_of(b"B\xff\xff\xff\x7f"),
     "BINBYTES8, huge": value_of(b"\x8e" + HUGE + b"x"),
     "BINBYTES8, beyond any memory": value_of(b"\x8e" + b"\xff" * 8),
@@ -319,7 +316,6 @@ REFUSED = EXECUTING | {
     "two pickles": (PROTO + b"}.") * 2,
     "no PROTO": b"}.",
     "protocol 4": b"\x80\x04}.",
-    "protocol 255": b"\x80\xff}.",
     "PROTO again": PROTO + b"\x80\x05}.",
 }
 

@@ -7,7 +7,6 @@ import time
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
-from itertools import islice
 
 import numpy as np
 import pytest
@@ -16,7 +15,6 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.scoring import evaluate
 from gaitsim.evolution import evolve
-from gaitsim.experiment import load_experiment
 from gaitsim.registry import entries
 from gaitsim.storage.creation import create_run, fork_run
 from gaitsim.storage.files.checkpoint import write_checkpoint
@@ -142,32 +140,6 @@ def test_the_search_of_a_run_cannot_change(searching, tmp_path):
         plan_resume(
             RunSnapshot(path), {"search.plugin": other, **more}, generations=5, any_version=False
         )
-
-
-def test_an_atlas_of_the_spider_is_the_same_with_two_workers_and_in_steps(tmp_path):
-    axes = {
-        f"duty factor {leg}": [0, 1] for leg in ("L1", "L2", "L3", "L4", "R1", "R2", "R3", "R4")
-    }
-    options = {
-        "evolution.population": 130,
-        "search.axes": axes,
-        "search.cells": 300,
-        "search.variation": "line",
-    }
-    experiment = load_experiment("spider-atlas", options)
-    path = create_run(experiment, tmp_path / "run")
-    with Evaluator(experiment, workers=1) as evaluator:
-        *_, whole = islice(evolve(experiment, evaluator.evaluate), 4)
-    for generations in (1, 4):
-        with (
-            RunWriter.open(path, generations=generations) as writer,
-            Evaluator(writer.experiment, workers=2) as evaluator,
-        ):
-            for _ in writer.evolve(evaluator.evaluate):
-                pass
-    found = RunSnapshot(path).finished.state
-    assert len(found["cells"]) > 50
-    assert all(np.array_equal(found[name], array) for name, array in whole.state.items())
 
 
 @pytest.mark.slow

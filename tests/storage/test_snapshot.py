@@ -8,7 +8,6 @@ from gaitsim.evaluation import evaluate
 from gaitsim.storage.files.folder import CHECKPOINT
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
-from gaitsim.tui.screens.replay_loading import Loader
 
 
 def count(paths):
@@ -42,14 +41,9 @@ def test_a_snapshot_stays_as_it_was_while_the_run_grows(run):
     assert RunSnapshot(run).generation == last + 2
 
 
-@pytest.mark.parametrize("command", ["show", "runs", "analyse", "plot", "export"])
+@pytest.mark.parametrize("command", ["show", "runs", "analyse"])
 def test_a_command_reads_the_checkpoint_once(gaitsim, puppet_file, checkpoint_reads, command):
     gaitsim("run", puppet_file, "--generations", "3")
     checkpoint_reads.clear()
     gaitsim(command, *(() if command == "runs" else ("puppet",)))
-    assert count(checkpoint_reads) == 1
-
-
-def test_a_replay_reads_the_checkpoint_once(run, checkpoint_reads):
-    Loader(run).load(1)
     assert count(checkpoint_reads) == 1

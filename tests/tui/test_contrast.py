@@ -6,7 +6,6 @@ import pytest
 from hypothesis import given, strategies as st
 from textual.command import CommandList
 
-from gaitsim.tui.commands import Commands
 from gaitsim.tui.screens.base import Dialog
 from gaitsim.tui.terminal_output import raise_contrast
 
@@ -115,29 +114,6 @@ def test_a_raised_contrast_is_enough(colour, ground):
     assert contrast(raised, ground) >= 4.5
     if contrast(colour, ground) >= 4.5:
         assert raised == colour
-
-
-async def hits(driver, query):
-    """Return the titles of the palette's hits, the best first."""
-    found = [hit async for hit in Commands(driver.screen).search(query)]
-    return [hit.text for hit in sorted(found, key=lambda hit: -hit.score)]
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize(
-    ("keys", "query", "title"),
-    [
-        (["e"], "curve", "Fitness curve"),
-        (["N"], "save", "Save"),
-        (["R"], "plugins", "Plugins"),  # unavailable, with the reason
-    ],
-)
-async def test_the_palette_offers_the_actions_of_a_dialog(walk, drive, keys, query, title):
-    walk("one", 3)
-    async with drive() as driver:
-        await driver.press(*keys)
-        await driver.until(lambda: isinstance(driver.screen, Dialog))
-        assert title in await hits(driver, query)
 
 
 @pytest.mark.slow

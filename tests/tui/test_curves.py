@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies as st
 from textual.app import App
-from textual.events import MouseScrollUp
 from waiting import strips
 
 from gaitsim.render.series import Series
@@ -175,13 +174,6 @@ class TestThinned:
         assert np.isnan(kept.y[inside]).all()
         assert np.isfinite(kept.y[kept.x < 29_000]).all()
 
-    def test_the_picture_resembles_that_of_all_points(self, monkeypatch):
-        y = np.sin(np.linspace(0, 20, 20_000))
-        thin, _ = plot([series(y)], 50, 12)
-        monkeypatch.setattr(curves, "thin_series", lambda one, width: one)
-        full, _ = plot([series(y)], 50, 12)
-        assert (thin == full).mean() > 0.9
-
 
 class Plot(App):
     def __init__(self):
@@ -271,24 +263,6 @@ class TestExploring:
             await pilot.press("minus")
             assert not shown.view.zoomed
 
-    async def test_the_wheel_zooms_around_the_mouse(self):
-        async with show() as (shown, pilot):
-            await self.fill(shown, pilot)
-            plot = shown.query_one(CurvePlot)
-            where = plot.place(30)
-            await pilot._post_mouse_events([MouseScrollUp], plot, offset=(30, 5))
-            assert plot.place(30) == pytest.approx(where, abs=2)
-            assert shown.view.zoomed
-
-    async def test_0_also_shows_single_points_far_below_the_others(self):
-        async with show() as (shown, pilot):
-            await self.fill(shown, pilot, np.concatenate([[-1e6], np.linspace(1, 2, 99)]))
-            assert shown.query_one(CurvePlot).frame.below
-            await pilot.press("0")
-            assert shown.query_one(CurvePlot).frame.y == Scale(-1e6, 2)
-            await pilot.press("0")
-            assert shown.query_one(CurvePlot).frame.below
-
     async def test_smoothing_shows_medians_and_labels_them(self):
         async with show() as (shown, pilot):
             await self.fill(shown, pilot, np.where(np.arange(100) % 7, 1.0, 50.0))
@@ -311,15 +285,3 @@ class TestExploring:
 
 def picture_text(shown):
     return "\n".join(strip.text for strip in strips(shown.query_one(Cells)))
-
-
-def test_looks(snap_compare):
-    async def fill(pilot):
-        x = np.arange(1.0, 121)
-        best = Series("best", x, 2 - 2 / x)
-        mean = Series("mean", x, 1.5 - 3 / x)
-        mean.y[50:60] = np.nan
-        pilot.app.curves.set_series([best, mean], [80])
-        await pilot.pause()
-
-    assert snap_compare(Plot(), terminal_size=(80, 20), run_before=fill)

@@ -1,13 +1,9 @@
 """The front of a run as a scatter plot: the cursor, marks, axes, and the member beside it."""
 
-from functools import partial
-
 import pytest
 from textual.widgets import Input
 
-from gaitsim.evaluation import evaluate
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.writer import RunWriter
 
 GOALS = 'search.objectives={ reach = "max", price = "max", score = "max" }'
 FRONT = ("search.plugin=nsga-2", GOALS, "evolution.population=30")
@@ -59,30 +55,3 @@ async def test_the_cursor_moves_along_the_front_and_two_members_are_compared(wal
         await driver.pilot.click(plot, offset=(plot.size.width - 4, 2))
         await driver.pilot.pause()
         assert plot.member is not None
-
-
-@pytest.mark.slow
-async def test_the_front_follows_the_run_and_keeps_its_marks(walk, drive, monkeypatch):
-    monkeypatch.setattr("gaitsim.tui.screens.members.LOOK", 0.05)
-    monkeypatch.setattr("gaitsim.tui.screens.members.SHARE", 1)
-    run = walk("front", 4, *FRONT, generations=9)
-    walk("plain", 3)
-    async with drive(size=(80, 24)) as driver:
-        driver.app.screen.show_screen("front.Front", run)
-        screen = await driver.at("Front")
-        await driver.until(lambda: screen.pane.member is not None)
-        screen.pane.canvas.playing = False
-        await driver.press("space")
-        key = screen._marked
-        before = screen.plot.view
-        with RunWriter.open(run) as writer:
-            next(iter(writer.evolve(partial(evaluate, writer.experiment))))
-        await driver.until(lambda: screen.plot.view is not before)
-        assert "generation 5" in screen.sub_title
-        kept = screen._kept
-        numbers = range(1, len(kept.view.members.scores) + 1)
-        assert screen.marked == [at for at in numbers if kept.key(at) in key]
-
-        driver.app.screen.show_screen("front.Front", run.with_name("plain"))
-        await driver.until(lambda: "keeps no front" in driver.screen.plot.placeholder())
-        assert not {"front.best", "front.mark", "front.colour"} & driver.offered()

@@ -2,14 +2,11 @@
 
 import os
 import shutil
-from dataclasses import replace
 from pathlib import Path
 from threading import Event
 
 import pytest
 from rich.cells import cell_len
-from textual.events import Key
-from textual.keys import _character_to_key
 from textual.widgets import Input, Static
 
 from gaitsim.live.process import background_state, start_detached
@@ -97,11 +94,6 @@ class TestTable:
             }
             assert {"home.new", "home.plugins", "app.help", "app.quit"} <= driver.offered()
 
-    async def test_a_missing_folder_is_reported(self, here, drive):
-        Path("runs").write_text("")
-        async with drive() as driver:
-            assert "cannot list runs" in driver.text("#empty")
-
     async def test_a_damaged_run_shows_its_problem_and_is_not_opened(self, walk, drive):
         path = walk()
         (path / "experiment.toml").write_text("[[[")
@@ -153,57 +145,6 @@ class TestFollowing:
             await look(driver)
             assert names(driver) == ["a", "c"]
             assert driver.screen.query_one("#runs").run.name == "c"
-
-    async def test_running_runs_keep_their_places_while_both_change(self, walk, drive):
-        paths = [walk("b"), walk("a"), walk("c")]
-        locks = [RunLock(path) for path in paths[:2]]
-        async with drive() as driver:
-            for turn in range(4):
-                changed = 2e9 + turn
-                os.utime(paths[turn % 2] / "experiment.toml", (changed, changed))
-                await look(driver)
-                assert names(driver) == ["a", "b", "c"]
-        for lock in locks:
-            lock.release()
-
-    async def test_no_runs_are_reported_only_after_the_folder_was_read_again(
-        self, walk, drive, monkeypatch
-    ):
-        Path("runs").mkdir(exist_ok=True)
-        gate = Event()
-        async with drive() as driver:
-            home, poll = driver.screen, growing.RunsWatcher.poll
-
-            def slow(watch, progress=None):
-                assert gate.wait(60)
-                return poll(watch, progress)
-
-            monkeypatch.setattr(growing.RunsWatcher, "poll", slow)
-            await driver.press("n", "enter")
-            await driver.at("New")
-            walk("new")
-            await driver.press("escape")
-            await driver.at("Home")
-            assert "no runs" not in str(home.query_one("#empty").render())
-            gate.set()
-            await driver.until(lambda: home.query("#runs") and names(driver) == ["new"])
-
-    async def test_a_run_that_fails_can_no_longer_be_stopped(self, walk, drive, monkeypatch):
-        walk("a")
-        async with drive() as driver:
-            home = driver.screen
-            [run] = home.runs
-            states = ["running"]
-            monkeypatch.setattr(
-                growing.RunsWatcher,
-                "poll",
-                lambda watch, progress=None: [replace(run, state=states[-1])],
-            )
-            await look(driver)
-            assert "home.stop" in driver.offered()
-            states.append("failed")
-            await look(driver)
-            assert "home.stop" not in driver.offered()
 
 
 class TestManyRuns:
@@ -306,29 +247,6 @@ class TestSortingAndFiltering:
             await driver.press("u")
             await driver.at("Home")
             assert not driver.screen.query_one("#runs").chosen
-
-    async def test_a_filter_without_matches_is_reported_and_can_be_removed(self, three, drive):
-        async with drive() as driver:
-            await driver.press("slash")
-            await driver.type("zebra[b]")
-            assert "None of the 3 runs matches “zebra[b]”" in driver.text("#empty")
-            await driver.press("escape")
-            assert len(names(driver)) == 3
-            assert driver.app.focused is driver.screen.query_one("#runs")
-
-    async def test_pasted_letters_are_typed_into_the_filter(self, three, drive):
-        async with drive() as driver:
-            box = driver.screen.query_one("#filter", Input)
-            for text in ("new", "dy", "q r", "/?"):
-                for char in f"/{text}":
-                    driver.app.post_message(Key(_character_to_key(char), char))
-                await driver.until(lambda text=text: box.value == text, 10)
-                assert isinstance(driver.screen, Home)
-                assert driver.screen.filter == text
-                await driver.press("escape", "space")
-                assert driver.screen.query_one("#runs").marked
-                assert box.value == ""
-                await driver.press("space")
 
 
 class TestDeleting:
@@ -546,20 +464,6 @@ class TestNavigation:
             await driver.at("Home")
             await driver.press("r")
             assert len((await driver.at("Replay")).panes) == 2
-
-    async def test_the_equivalent_command_is_copied(self, walk, drive):
-        walk("two words")
-        async with drive() as driver:
-            await driver.press("y")
-            assert driver.app.clipboard == "gaitsim show 'runs/two words'"
-            driver.screen.query_one("#filter", Input).value = "two score>-9"
-            await driver.until(lambda: driver.screen.filter == "two score>-9")
-            line = "gaitsim runs runs --where 'two score>-9' --sort age"
-            found = [
-                one for one in driver.screen.palette() if one.title.startswith("Copy the list")
-            ]
-            found[0].do()
-            assert driver.app.clipboard == line
 
 
 class TestPreview:

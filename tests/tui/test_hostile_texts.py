@@ -44,37 +44,6 @@ async def test_hostile_texts_at_home_and_live(hostile_run, drive):
         await wait_for_text(ui, "\\u202e")
 
 
-@pytest.mark.slow
-async def test_hostile_texts_on_other_screens(hostile_run, drive):
-    async with drive(size=(180, 50)) as ui:
-        home = ui.screen
-        for open_it in (
-            lambda: ui.app.screen.show_screen("replay.Replay", hostile_run),
-            lambda: ui.app.screen.show_screen("compare.Compare", [hostile_run, hostile_run]),
-            lambda: ui.app.screen.show_screen("new.New", str(hostile_run / "experiment.toml")),
-        ):
-            open_it()
-            await ui.until(lambda: ui.screen is not home)
-            await wait_for_text(ui, "é")
-            await ui.press("escape")
-            await ui.at("Home")
-        await ui.press("e")
-        await wait_for_text(ui, "$ gaitsim export")
-        await ui.press("escape", "enter")
-        await ui.at("Live")
-        for key in ("c", "f"):
-            await ui.press(key)
-            await wait_for_text(ui, "organism.length")
-            await ui.press("escape")
-        await ui.press("escape", "p")
-        await ui.at("Plugins")
-        await wait_for_text(ui, "wicked")
-        task = ui.app.tasks.start(["show", str(hostile_run)])
-        await ui.press("t")
-        await ui.until(lambda: not task.running)
-        await wait_for_text(ui, "measure")
-
-
 def test_removing_control_characters_keeps_the_width():
     line = [Segment("a\x1b[1mb\u202e\udc80"), Segment("é"), Segment("\x9b\x07")]
     drawn = ControlCharacterFilter().apply(line, Color(0, 0, 0))

@@ -15,7 +15,6 @@ from rich.style import Style
 from textual.widgets import Input, Static
 from waiting import app_until
 
-from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.experiment import load_experiment
 from gaitsim.live.process import background_state
@@ -105,11 +104,6 @@ def text(screen, selector):
     return screen.query_one(selector, Lines).text
 
 
-def footer(screen):
-    """Return the labels in the footer."""
-    return {key.description for key in screen.query("FooterKey")}
-
-
 def problem(screen):
     panel = screen.query_one("#live-problem", Static)
     return str(panel.render()) if panel.display else ""
@@ -137,15 +131,6 @@ def test_a_champion_that_is_not_on_disk_yet_is_simulated(tmp_path, monkeypatch):
 
 
 class TestStopped:
-    async def test_a_new_run(self, make):
-        async with live(make()) as (screen, pilot):
-            assert screen.state == "stopped"
-            assert offered(screen) == {"go", "step", "change", "goal", "fork", "log"}
-            await app_until(
-                pilot, lambda: "stopped  generation 0/20" in text(screen, "#live-status")
-            )
-            assert "space: resume" in text(screen, "#live-status")
-
     async def test_a_stopped_run(self, make):
         run = make(7, "evolution.fitness_threshold=0")
         history = RunSnapshot(run).history
@@ -310,14 +295,6 @@ class TestSteering:
             await app_until(pilot, lambda: copy.process is None)
         assert RunSnapshot(Path("runs/[red]fork")).stages[0].last <= RunSnapshot(run).generation
 
-    async def test_a_failed_fork_is_reported(self, make):
-        async with live(make(3)) as (screen, pilot):
-            await ask_change(pilot, "f")
-            await type_in(pilot, "runs/walk/experiment.toml/x", "#out")
-            await pilot.press("ctrl+r")
-            await app_until(pilot, lambda: problem(screen))
-            assert "cannot write" in problem(screen)
-
 
 class TestLeaving:
     @pytest.mark.slow
@@ -382,12 +359,6 @@ class TestLeaving:
         assert RunSnapshot(run).generation == len(RunSnapshot(run).history["best"]) > 2
         assert not is_locked(run)
 
-    async def test_a_stopped_run_is_left_without_a_question(self, make):
-        async with live(make(3)) as (screen, pilot):
-            await pilot.press("escape")
-            await app_until(pilot, lambda: pilot.app.screen is not screen)
-            assert not pilot.app.screen.is_modal
-
 
 class TestProblems:
     @pytest.mark.slow
@@ -406,18 +377,6 @@ class TestProblems:
             await asyncio.to_thread(process.kill)
             await app_until(pilot, lambda: screen.state == "stopped")
             assert "go" in offered(screen)
-
-    async def test_an_error_replaces_a_body_that_cannot_be_drawn(self, make, monkeypatch):
-        run = make(3)
-
-        def fail(*_):
-            raise GaitsimError("[red] it cannot be drawn")
-
-        monkeypatch.setattr("gaitsim.individual.Individual.skeleton", property(fail))
-        async with live(run) as (screen, pilot):
-            canvas = screen.query_one(BodyCanvas)
-            await app_until(pilot, lambda: "cannot be drawn" in canvas.placeholder())
-            assert "[red]" in canvas.placeholder()
 
     async def test_a_damaged_run_is_reported(self, make):
         run = make(3)
@@ -499,13 +458,6 @@ class TestFormatting:
         lines = live_board.term_table(self.SNAPSHOT, course, width, STYLES)
         if width >= 30:
             assert {line.cell_len for line in lines} <= set(range(width + 1))
-
-    def test_the_status_has_the_remaining_time(self):
-        line = live_board.status_line(self.SNAPSHOT, "running", 100, STYLES).plain
-        assert "1,234/100,000" in line
-        assert "123,456 evaluations/s" in line
-        assert "16 min 27 s left" in line
-        assert line.endswith("stage 12")
 
     def test_the_table_has_the_best_score_of_each_island(self):
         snapshot = dataclasses.replace(self.SNAPSHOT, islands=(0.5, 2.25, np.nan, -1.0))

@@ -114,13 +114,6 @@ def test_home(look):
     assert look(LARGE, nothing)
 
 
-def test_home_with_a_damaged_run_in_the_light_theme(look):
-    async def go(pilot):
-        await pilot.press("down", "space", "down", "space", "up", "up")
-
-    assert look(SMALL, go, theme="gaitsim-light")
-
-
 def test_new(look, only_puppets, puppet_file):
     async def go(pilot):
         screen = New("./puppet.toml")
@@ -167,20 +160,6 @@ def test_export(look, monkeypatch):
 def test_help(look):
     async def go(pilot):
         await pilot.app.push_screen(Help(pilot.app.screen))
-
-    assert look(SMALL, go)
-
-
-def test_confirm(look):
-    async def go(pilot):
-        await pilot.press("down", "down", "d")
-
-    assert look(SMALL, go)
-
-
-def test_jump(look):
-    async def go(pilot):
-        await pilot.press("slash", "ctrl+o")
 
     assert look(SMALL, go)
 

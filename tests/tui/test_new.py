@@ -5,7 +5,7 @@ from contextlib import asynccontextmanager
 from pathlib import Path
 
 import pytest
-from textual.widgets import Button, Input, OptionList, Select, Tab
+from textual.widgets import Button, Input, OptionList
 
 from gaitsim.experiment import load_experiment
 from gaitsim.registry import KINDS, options
@@ -38,12 +38,6 @@ def wrong(screen):
 
 def fields(screen):
     return {field.option.key: field for field in screen.query(Field)}
-
-
-def choices(select):
-    """Return the labels of a select."""
-    menu = select.query_one(OptionList)
-    return [str(menu.get_option_at_index(at).prompt) for at in range(menu.option_count)]
 
 
 async def open_section(driver, screen, section):
@@ -117,16 +111,6 @@ class TestForms:
 
 class TestSearch:
     @pytest.mark.slow
-    async def test_all_tabs_are_visible_and_the_form_has_half_the_width(self, fill):
-        async with fill(size=(80, 30)) as (driver, screen):
-            for tab in screen.query(Tab):
-                assert not tab.display or 0 <= tab.region.x < tab.region.right <= 80
-            assert screen.query_one("#parts").region.width >= 40
-            await driver.pilot.click("Tab#mutation")
-            await driver.until(lambda: screen.sections.active == "mutation")
-            assert screen.query_one("#parts").current == "part-mutation"
-
-    @pytest.mark.slow
     async def test_options_are_searched_by_words_in_all_sections_and_plugins(self, fill):
         async with fill() as (driver, screen):
             await driver.press("slash")
@@ -149,32 +133,6 @@ class TestSearch:
             await driver.until(lambda: "selection.size" in fields(screen))
             box = fields(screen)["selection.size"].query_one(Input)
             await driver.until(lambda: driver.app.focused is box)
-
-    @pytest.mark.slow
-    async def test_the_file_scrolls_to_the_edited_option(self, fill):
-        async with fill(size=(120, 24)) as (driver, screen):
-
-            def marked():
-                text = screen.query_one("#beside Static").content
-                found = [one for one in text.spans if " on " in str(one.style)]
-                return [text.plain[one.start : one.end] for one in found]
-
-            screen.go_to("fitness.price")
-            await driver.until(lambda: marked() and marked()[0].startswith("price = 0.1"))
-            view, line = screen.query_one("#beside"), screen.validation.toml.split("\n")
-            at = next(n for n, text in enumerate(line) if text.startswith("price = "))
-            await driver.until(
-                lambda: view.scroll_y <= at < view.scroll_y + view.scrollable_content_region.height
-            )
-            await enter(driver, screen, fields(screen)["fitness.price"], "0.25")
-            assert marked()[0].startswith("price = 0.25")
-            await enter(driver, screen, fields(screen)["fitness.price"], "x")
-            assert marked()[0].startswith("price = 0.25")  # if no other file exists
-            assert view.has_class("-stale")
-            screen.query_one("#seed").focus()
-            await driver.until(lambda: marked()[0].startswith("seed = "))
-            screen.sections.active = "mutation"
-            await driver.until(lambda: marked() == ["[mutation]"])
 
 
 class TestDrafts:
@@ -233,29 +191,11 @@ class TestValidation:
             assert "Ready to run" in status(screen)
 
 
-class TestPlugins:
-    @pytest.mark.slow
-    async def test_only_compatible_plugins_are_offered_and_a_new_body_replaces_others(self, fill):
-        async with fill() as (driver, screen):
-            await open_section(driver, screen, "mutation")
-            select = screen.query_one("#part-mutation .plugin", Select)
-            assert "bit-flip" not in choices(select)
-            await open_section(driver, screen, "organism")
-            screen.query_one("#part-organism .plugin", Select).value = "bit-puppet"
-            await driver.until(lambda: screen.validation.forms["organism"].plugin == "bit-puppet")
-            assert screen.validation.experiment is not None, screen.validation.problems
-            await open_section(driver, screen, "mutation")
-            select = screen.query_one("#part-mutation .plugin", Select)
-            await driver.until(lambda: "bit-flip" in choices(select))
-
-
 class TestLoading:
     @pytest.mark.slow
     @pytest.mark.parametrize(
         ("begin", "what"),
         [
-            ("nothing", "unknown experiment 'nothing'"),
-            ("./nothing.toml", "cannot read"),
             ("./bad [b].toml", "not valid TOML"),
         ],
     )

@@ -7,7 +7,7 @@ import pytest
 from textual.widgets import OptionList
 
 from gaitsim.experiment import load_experiment
-from gaitsim.tui.screens.files import LISTED, describe_file, list_folder
+from gaitsim.tui.screens.files import describe_file, list_folder
 from gaitsim.tui.screens.presets import Card, draw_body
 
 SIZES = [(80, 24), (160, 48)]
@@ -45,17 +45,6 @@ async def test_a_preset_is_filtered_chosen_and_opened(here, drive, size):
         assert new.builder.preset.reference == chosen
 
 
-async def test_a_filter_without_hits_says_so_and_opens_nothing(here, drive):
-    async with drive() as driver:
-        screen = await shown(driver)
-        await driver.type("zzz")
-        await driver.press("enter")
-        assert driver.screen is screen
-        assert "No preset matches" in driver.text("#preset-about")
-        await driver.press("escape")
-        await driver.at("Home")
-
-
 async def test_the_preset_with_exactly_the_typed_name_is_chosen(here, drive):
     async with drive() as driver:
         driver.app.drafts |= {"spider-atlas": None}
@@ -63,18 +52,6 @@ async def test_the_preset_with_exactly_the_typed_name_is_chosen(here, drive):
         assert screen._card.preset.name == "spider-atlas"
         await driver.type("spider")
         await driver.until(lambda: screen._card.preset.name == "spider")
-
-
-@pytest.mark.slow
-async def test_arrows_reach_every_card(here, drive):
-    async with drive() as driver:
-        screen = await shown(driver)
-        await driver.press(*["up"] * 60)
-        seen = {screen._card.preset.name}
-        for _ in range(len(screen._cards)):
-            await driver.press("down")
-            seen.add(screen._card.preset.name)
-        assert seen == {card.preset.name for card in screen._cards}
 
 
 async def test_a_draft_is_marked_and_chosen_first(here, drive):
@@ -139,12 +116,6 @@ def test_files_are_described_by_their_content(folder):
     for name in ("page.xml", "other.toml", "noise.urdf", "pipe.urdf"):
         assert describe_file(folder / name) == ""
     assert describe_file(folder / "broken.urdf") == "cannot be read"
-
-
-def test_a_huge_folder_is_listed_in_part(tmp_path):
-    for number in range(LISTED + 50):
-        (tmp_path / f"{number:04}.urdf").touch()
-    assert len(list_folder(tmp_path)) == LISTED
 
 
 @pytest.mark.slow

@@ -12,12 +12,9 @@ from textual.app import App
 from waiting import strips
 
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import evolve
-from gaitsim.experiment import parse_assignments, parse_experiment
 from gaitsim.individual import Member
 from gaitsim.render.colours import LEFT, RIGHT
 from gaitsim.render.terminal.footfalls import CURSOR, FIRST, SWING_INK, strip
-from gaitsim.storage.creation import create_run
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
@@ -87,44 +84,14 @@ class Far(Fitness):
     def terms(self, motion):
         return {"distance": motion["distance"] * (np.nan if self.failing else 1.0)}
 '''
-EXPERIMENT = """
-name = "walk"
-seed = 3
-[evolution]
-population = 6
-generations = 5
-[organism]
-plugin = "stilt"
-[fitness]
-plugin = "far"
-[search]
-plugin = "genetic"
-elites = 1
-[selection]
-plugin = "truncation"
-[crossover]
-plugin = "uniform"
-[mutation]
-plugin = "gaussian"
-"""
 
 
 @pytest.fixture
-def walk(install, tmp_path, monkeypatch):
+def walk(install, walk):
     """Return a function that creates a finished run of walkers."""
-    entries = {"organism": {"stilt": "Walker"}, "fitness": {"far": "Far"}}
-    install("walkers", WALKERS, entries)
-    monkeypatch.chdir(tmp_path)
-
-    def make(name="walk", *overrides):
-        experiment = parse_experiment(EXPERIMENT, "walk.toml", parse_assignments(overrides))
-        path = create_run(experiment, Path("runs") / name)
-        with RunWriter.open(path) as writer:
-            for generation in evolve(experiment, partial(evaluate, experiment)):
-                writer.record(generation)
-        return path
-
-    return make
+    install("walkers", WALKERS, {"organism": {"stilt": "Walker"}, "fitness": {"far": "Far"}})
+    walkers = "organism.plugin=stilt", "fitness.plugin=far"
+    return lambda name="walk", *more, until=5: walk(name, until, *walkers, *more)
 
 
 @asynccontextmanager
@@ -171,26 +138,6 @@ def space(screen):
 
 def words(canvas):
     return " ".join("".join(strip.text for strip in strips(canvas)).split())
-
-
-@pytest.mark.slow
-async def test_a_key_writes_a_page_of_the_displayed_bodies(walk, monkeypatch):
-    started = []
-    monkeypatch.setattr(
-        GaitsimApp, "start_task", lambda app, words, opens=False: started.append((words, opens))
-    )
-    run = walk()
-    async with replay(run, generation=2) as (screen, pilot):
-        await press(pilot, "B")
-        screen.pane.request(4)
-        await settled(pilot)
-        await press(pilot, "B", "s", "B")
-    words = ("export", str(run), "--format", "html")
-    assert started == [
-        ((*words, "--generation", "2"), True),
-        ((*words, "--generation", "4"), True),
-        ((*words, "--generations", "4,1"), True),
-    ]
 
 
 class TestTime:
@@ -310,7 +257,7 @@ class TestGenerations:
     def test_a_run_is_reread_only_after_changes(self, walk, monkeypatch):
         run, read, now = walk(), [], [0.0]
         monkeypatch.setattr(
-            "gaitsim.tui.screens.replay_loading.RunSnapshot",
+            "gaitsim.storage.growing.RunSnapshot",
             lambda path: read.append(path) or RunSnapshot(path),
         )
         loader = Loader(run, lambda: now[0])
@@ -385,10 +332,6 @@ class TestProblems:
                 await press(pilot, key)
             await press(pilot, "s", "b")
 
-    async def test_a_body_without_measures_is_shown(self, walk):
-        async with replay(walk("walk", "organism.broken=measures")) as (screen, _pilot):
-            assert screen.leader.skeleton is not None
-
     async def test_a_run_deleted_during_the_replay(self, walk):
         run = walk()
         async with replay(run) as (screen, pilot):
@@ -397,9 +340,7 @@ class TestProblems:
             assert "cannot read" in words(screen.pane.canvas)
 
     async def test_a_run_without_a_generation(self, walk):
-        experiment = parse_experiment(RunSnapshot(walk()).experiment_text, "walk.toml")
-        run = create_run(experiment, Path("runs/new"))
-        async with replay(run) as (screen, _pilot):
+        async with replay(walk(until=0)) as (screen, _pilot):
             assert "no finished generation yet" in words(screen.pane.canvas)
             assert "gaitsim resume" in words(screen.pane.canvas)
 

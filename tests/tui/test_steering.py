@@ -6,7 +6,6 @@ import pytest
 from kite import fly_kites
 
 from gaitsim.api import evolve, load
-from gaitsim.errors import GaitsimError
 from gaitsim.steering import create_drive
 from gaitsim.tui.screens.steering import Steering
 
@@ -70,19 +69,6 @@ async def test_keys_choose_commands_until_the_flight_ends(kite, drive):
         await driver.at("Home")
 
 
-async def test_an_unreadable_controller_is_reported(kite, drive):
-    def load():
-        raise GaitsimError("there is no such run")
-
-    async with drive() as driver:
-        screen = Steering(load)
-        driver.app.push_screen(screen)
-        await driver.until(lambda: "no such run" in screen.body.placeholder())
-        assert not {"steering.restart", "steering.pause"} & driver.offered()
-        await driver.press("escape")
-        await driver.at("Home")
-
-
 async def test_a_walking_body_is_driven_and_its_drive_saved(here, cart, drive):
     async with drive() as driver:
         clock = Clock()
@@ -140,19 +126,6 @@ async def test_leaving_and_restarting_ask_about_an_unsaved_drive(here, cart, dri
         assert load("cart-drive").champion.experiment.organism.duration == pytest.approx(7.2)
 
 
-async def test_with_a_folder_for_recordings_nobody_is_asked(here, cart, drive):
-    async with drive() as driver:
-        clock, make = Clock(), partial(create_drive, cart, {})
-        screen = await open_steering(driver, make, clock, record=here / "mine")
-        for _ in range(2):
-            await driver.press("up")
-            for _ in range(4):
-                await fly(driver, screen, clock, 0.9)
-            await driver.press("r")
-            await driver.until(lambda: screen.drive.seconds < 0.1)
-        assert [path.name for path in here.glob("mine*")] == ["mine", "mine-2"]
-
-
 @pytest.mark.slow
 async def test_the_champion_of_a_run_is_steered_from_home_and_a_replay(here, cart, drive):
     for _ in evolve(cart, out="runs/cart"):
@@ -173,28 +146,3 @@ async def test_the_champion_of_a_run_is_steered_from_home_and_a_replay(here, car
         screen = await driver.at("Steering")
         await driver.until(lambda: screen.drive is not None)
         assert screen.command_line() == "gaitsim steer runs/cart@1"
-
-
-@pytest.mark.slow
-async def test_steering_opens_from_home_a_new_run_and_a_replay(kite, walk, drive, monkeypatch):
-    run = walk()
-    monkeypatch.setattr("gaitsim.steering.load_experiment", lambda _: kite)
-    async with drive() as driver:
-
-        def commands():
-            return {one.title: one for one in driver.screen.palette()}
-
-        commands()["Steer: fly-steer-hover"].do()
-        screen = await driver.at("Steering")
-        await driver.until(lambda: screen.drive is not None)
-        assert screen.command_line() == "gaitsim steer fly-steer-hover"
-        await driver.press("escape")
-        driver.app.screen.show_screen("replay.Replay", run, 2)
-        await driver.at("Replay")
-        await driver.until(commands)
-        assert {"Steer: stay", "Steer: rise", "Steer: sink"} <= {*commands()}
-        commands()["Steer: rise"].do()
-        screen = await driver.at("Steering")
-        await driver.until(lambda: screen.drive is not None)
-        line = screen.command_line()
-        assert line == f"gaitsim steer {run}/experiment.toml --controller rise={run}@2"

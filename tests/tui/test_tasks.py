@@ -9,7 +9,6 @@ from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
-from textual.widgets import Static
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
@@ -146,12 +145,6 @@ class TestTask:
 
         assert run("video", "x", during=during)[0].state == "stopped"
 
-    def test_a_missing_interpreter_is_reported(self, here, monkeypatch):
-        monkeypatch.setattr(sys, "executable", "/nowhere/python")
-        task, _ = run("runs")
-        assert task.state == "failed"
-        assert "cannot be started" in task.message
-
 
 class TestOpener:
     @pytest.mark.parametrize(
@@ -194,14 +187,11 @@ class TestExports:
     def test_options_become_arguments_and_invalid_ones_are_rejected(self):
         run, forms = Path("runs/a b"), {form.title: form for form in all_forms()}
         for title, texts, words in (
-            ("Gait file for MATLAB", {}, "export 'runs/a b' --format mat"),
             ("Video", {"damage": "L2 lost, R1 femur stuck 20", "world": "friction 0.4"},
              "video 'runs/a b' '--damage=L2 lost' '--damage=R1 femur stuck 20' "
              "'--world=friction 0.4'"),
             ("Servo keyframes", {"clip": "true", "min": "-30", "generation": " 3 "},
              "export 'runs/a b' --format servo --clip --min -30 --generation 3"),
-            ("Arduino sketch", {"calibration": "robot.toml", "speed": "0.5"},
-             "export 'runs/a b' --format arduino --calibration robot.toml --speed 0.5"),
             ("Feetech positions", {"calibration_template": "feetech.toml"},
              "export 'runs/a b' --format feetech "
              "--calibration-template 'runs/a b/exports/feetech.toml'"),
@@ -213,7 +203,6 @@ class TestExports:
              "plot 'runs/a b' --kind archive --axes 'duty factor' yaw"),
             ("Analysis", {"figure": "gait.pdf", "generation": "4"},
              "analyse 'runs/a b' --figure 'runs/a b/exports/gait.pdf' --generation 4"),
-            ("Imitation network", {"video": "true"}, "imitate 'runs/a b' --video"),
             ("Imitation network", {"run": "best gait.mat", "epochs": "9"},
              "imitate 'best gait.mat' --epochs 9"),
             ("Run differences", {"runs": "c 'runs/d e'", "by": "seconds"},
@@ -362,38 +351,6 @@ class TestExports:
             await driver.press("escape")
             await driver.at("Files")
             assert "files.open" not in driver.offered()
-
-    @pytest.mark.slow
-    async def test_an_unsupported_product_shows_the_reason_and_cannot_be_exported(
-        self, walk, drive
-    ):
-        path = walk()
-        async with drive() as driver:
-            driver.screen.ask_export(RunChoice(path))
-            dialog = await driver.at("ExportDialog")
-            highlight(dialog, "--kind footfall")
-            await driver.press("enter")  # before the check finds that it has no feet
-            await driver.until(
-                lambda: any("has no feet" in str(one.render()) for one in dialog.query(Static))
-            )
-            assert driver.screen is dialog
-            assert not driver.app.tasks.all
-            highlight(dialog, "--kind terms")
-            await driver.until(lambda: "--kind terms" in driver.text("#export-command"))
-            await driver.press("enter")
-            await driver.until(lambda: len(driver.app.tasks.all) == 1)
-            driver.screen.ask_export(RunChoice(path))
-            dialog = await driver.at("ExportDialog")
-            highlight(dialog, "differences")
-            await driver.until(lambda: "runs" in [one.option.key for one in dialog.query(Field)])
-            runs = dialog.query(Field).first()
-            assert dialog.query_one("#make").disabled
-            assert not runs.has_class("-wrong")  # before anything is typed or submitted
-            await driver.press("enter")
-            await driver.until(lambda: runs.has_class("-wrong"))
-            assert driver.app.focused is runs.query_one("Input")
-            assert driver.app.tasks.all[0].arguments == ("plot", str(path), "--kind", "terms")
-            await driver.app.tasks.stop_all()
 
     async def test_a_task_can_be_repeated(self, here, drive, monkeypatch):
         Path("gaitsim.py").write_text("raise SystemExit('no [b]luck')")

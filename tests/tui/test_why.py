@@ -76,24 +76,6 @@ async def test_the_screen_shows_what_reflexes_are_worth(walk, drive, monkeypatch
 
 
 @pytest.mark.slow
-async def test_p_plays_the_gait_on_the_physical_twin(here, walk, drive):
-    puppets = walk()
-    with gs.evolve("spider", generations=1, population=4, out=here / "runs/eight") as search:
-        list(search)
-    async with drive() as driver:
-        driver.app.screen.show_screen("why.Why", puppets)
-        await driver.until(lambda: "Gait: none" in displayed_texts(driver.screen))
-        assert not driver.screen.check_action("physics", ())
-        await driver.press("escape")
-        driver.app.screen.show_screen("why.Why", here / "runs/eight")
-        await driver.until(lambda: driver.screen.check_action("physics", ()))
-        await driver.press("p")
-        await driver.until(lambda: "The forward distance is" in displayed_texts(driver.screen))
-        assert driver.screen.command_line().endswith("--physics")
-        assert not driver.screen.check_action("physics", ())
-
-
-@pytest.mark.slow
 async def test_w_evaluates_the_gait_in_unseen_worlds(here, walk, drive, monkeypatch):
     monkeypatch.setattr("gaitsim.tui.screens.why.WORLDS", 12)
     puppets, short = walk(), {"organism.duration": 0.5}

@@ -83,23 +83,6 @@ def test_without_weights_the_score_is_the_distance():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("preset", ["walker", "walker-four", "walker-rough"])
-def test_presets_evolve(preset):
-    experiment = load_experiment(
-        preset,
-        {
-            "evolution.generations": 3,
-            "evolution.population": 12,
-            "organism.duration": 2,
-            "search.start": "random",
-        },
-    )
-    with Evaluator(experiment, 1) as evaluator:
-        scores = [generation.scores.max() for generation in evolve(experiment, evaluator.evaluate)]
-    assert scores[-1] > scores[0]
-
-
-@pytest.mark.slow
 def test_two_legs_walk_within_a_few_generations():
     experiment = load_experiment("walker", {"seed": 3, "evolution.generations": 4})
     with Evaluator(experiment, 1) as evaluator:

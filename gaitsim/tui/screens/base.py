@@ -113,6 +113,11 @@ class GaitScreen(Screen[None]):
         return None
 
     @property
+    def plugin(self) -> tuple[str, ...]:
+        """The name of the plugin on the screen; () without one."""
+        return ()
+
+    @property
     def to_verify(self) -> Path | None:
         """The run, study or adaptation on the screen; None if it has nothing to repeat."""
         return None
@@ -226,6 +231,10 @@ class GaitScreen(Screen[None]):
         """Carry out an action of a package on the runs of the screen."""
         self.action_on_screen(name)
 
+    def action_on_plugin(self, name: str) -> None:
+        """Carry out an action of a package on the plugin of the screen."""
+        self.action_on_screen(name)
+
     def action_files(self) -> None:
         """Show the files exported from the run."""
         if self.choice is not None:
@@ -303,6 +312,8 @@ class GaitScreen(Screen[None]):
             return self.is_mounted and self.to_verify is not None
         if action in ("steer", "on_individual") and not (self.is_mounted and self.choice):
             return False
+        if action == "on_plugin":
+            return bool(self.plugin)
         if action == "on_runs" and not (self.is_mounted and self.choice and self.choice.others):
             return False
         if self.is_mounted and self.obstacle(action):

@@ -32,7 +32,6 @@ TITLES = {kind: kind for kind in PLUGINS} | {
     EXPERIMENTS: "presets",
 }
 NOUNS = {"organism": "body", EXPERIMENTS: "preset"}
-COMMAND = ("plugins", "check")
 TABLE = 76  # minimum cells for options in a table
 
 
@@ -52,9 +51,7 @@ not. The left side lists them, with a ✗ before those that cannot be used. The 
 source, description and options of the highlighted one, with defaults and bounds. / filters by words
 in the name, kind, package, description or options.
 
-Enter, or a click on the highlighted one, creates a **new run** with a body or a preset. c
-**checks** in the background whether the highlighted plugin fulfils its contract; t shows the
-result, with the errors to fix.
+Enter, or a click on the highlighted one, creates a **new run** with a body or a preset.
 """
     BINDINGS = bindings("plugins")
 
@@ -170,11 +167,10 @@ result, with the errors to fix.
             return Content.from_rich_text(head) + Content("\n") + preset_view(name, self.catalogue)
         return Group(head, plugin_view(kind, name, self.catalogue))
 
-    def action_check(self) -> None:
-        """Check the highlighted plugin in the background."""
-        chosen = self._chosen()
-        if chosen is not None:
-            self.gaitsim.start_task((*COMMAND, chosen[1]))
+    @property
+    def plugin(self) -> tuple[str, ...]:
+        chosen = self._chosen() if self.is_mounted else None
+        return () if chosen is None else (chosen[1],)
 
     @on(OptionList.OptionSelected, "#installed")
     def action_new(self) -> None:

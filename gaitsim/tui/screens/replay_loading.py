@@ -13,7 +13,7 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.gait.changed import with_damage
 from gaitsim.individual import Individual, Measurement, Member, Which
 from gaitsim.render.series import Series
-from gaitsim.storage.files.folder import CHECKPOINT
+from gaitsim.storage.growing import RunFollower
 from gaitsim.storage.snapshot import RunSnapshot
 
 PATIENCE = 2.0  # minimum seconds between two reads of an evolving run
@@ -82,9 +82,11 @@ class Loader:
         damage: Sequence[str] = (),
     ) -> None:
         self._path, self._damage, self._clock = path, damage, clock
+        self._forget()
+
+    def _forget(self) -> None:
         self._run: RunSnapshot | None = None
-        self._state: tuple[int, ...] = ()
-        self._read = 0.0
+        self._follower, self._read = RunFollower(self._path), 0.0
 
     def load(self, which: Which) -> ReplayView:
         """Simulate the best of a generation, the champion, or a member."""
@@ -92,27 +94,19 @@ class Loader:
             run = self._snapshot(which if isinstance(which, int) else 1)
             return load_individual(run, which, self._damage)
         except OSError as error:
-            self._run = None
+            self._forget()
             raise RunError(f"cannot read {self._path}: {error.strerror or error}") from None
         except GaitsimError:
-            self._run = None
+            self._forget()
             raise
 
     def _snapshot(self, generation: int) -> RunSnapshot:
         """Return the run as last read, or re-read it if it has changed."""
-        try:
-            found = (self._path / CHECKPOINT).stat()
-            state: tuple[int, ...] = found.st_ino, found.st_size, found.st_mtime_ns
-        except FileNotFoundError:
-            state = ()
         known, now = self._run, self._clock()
-        fresh = known is not None and (
-            state == self._state
-            or (state and now - self._read < PATIENCE and generation <= known.generation)
-        )
-        if known is None or not fresh:
-            known = self._run = RunSnapshot(self._path)
-            self._state, self._read = state, now
+        if known is None or generation > known.generation or now - self._read >= PATIENCE:
+            known = self._run = self._follower.poll() or known
+            self._read = now
+        assert known is not None  # the first poll reads the run
         return known
 
 

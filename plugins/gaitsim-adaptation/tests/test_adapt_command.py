@@ -9,7 +9,6 @@ import pytest
 from hostile import ATTACKS
 
 import gaitsim as gs
-from gaitsim_adaptation.plots import adaptation_figure
 from gaitsim_adaptation.settings import AdaptationSettings
 
 LOST = ("--damage", "A lost")
@@ -111,12 +110,9 @@ def test_a_program_gives_measured_values_one_by_one(adapt):
     ("given", "message"),
     [
         (("--damage", "D lost"), "A, B, C"),
-        (("--damage", "A lost", "--damage", "B lost", "--damage", "C lost"), "all legs"),
         ((*LOST, "--measure", "speed"), "unknown measure"),
-        ((*LOST, "--stop", "nan"), "invalid 'stop'"),
         (("--visible",), "--damage"),
         (("--physics", "--interactive"), "cannot be combined"),
-        ((*LOST, "--physics"), "twin"),
         (("--interactive", "--name", "../up"), "name"),
     ],
 )
@@ -231,21 +227,6 @@ def test_two_processes_do_not_overwrite_each_others_trials(atlas):
     assert continued.trials == (first,)
     assert continued.record(2.0).number == 2
     assert gs.adapt(run, name="mine", fresh=True).trials == ()
-
-
-@pytest.mark.slow
-def test_the_figure_shows_each_trial_and_its_place_on_the_map(adapt, atlas, tmp_path):
-    adapt(*LOST, "--trials", "4", "--stop", "1.5", "--figure", "trials.png")
-    assert (tmp_path / "trials.png").stat().st_size > 10_000
-    adaptation = gs.adapt(gs.load(atlas), ["A lost"], trials=4, stop=1.5)
-    with pytest.raises(gs.GaitsimError, match="no trial"):
-        adaptation_figure(adaptation)
-    trials = [*adaptation]
-    above, below, _ = adaptation_figure(adaptation).axes
-    measured = next(line for line in above.lines if line.get_label().startswith("measured"))
-    np.testing.assert_array_equal(measured.get_ydata(), [trial.measured for trial in trials])
-    assert sorted(text.get_text() for text in below.texts) == ["1", "2", "3", "4"]
-    assert ".png" in adapt(*LOST, "--figure", "trials.txt", code=2).stderr
 
 
 @pytest.mark.slow

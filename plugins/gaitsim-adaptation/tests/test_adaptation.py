@@ -1,7 +1,6 @@
 """Trial and error: predictions against the textbook and closed forms, and when the trials end."""
 
 import math
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -82,22 +81,6 @@ def test_the_posterior_is_that_of_the_textbook():
     np.testing.assert_allclose(found.deviation, deviation, atol=1e-7)
 
 
-def test_the_posterior_is_that_of_scikit_learn():
-    kernels = pytest.importorskip("sklearn.gaussian_process.kernels")  # in the extra benchmarks
-    from sklearn.gaussian_process import GaussianProcessRegressor
-
-    prior, tried = random_prior(400, 8), np.arange(0, 400, 37)
-    measured = np.random.default_rng(3).random(len(tried))
-    residuals = measured - prior.performance[tried]
-    kernel = kernels.Matern(0.4, "fixed", nu=2.5)
-    model = GaussianProcessRegressor(kernel, alpha=0.001, optimizer=None)
-    model.fit(prior.behaviour[tried], residuals)
-    mean, deviation = model.predict(prior.behaviour, return_std=True)
-    found = posterior(prior.performance, prior.behaviour, tried, measured, 0.4, 0.001)
-    np.testing.assert_allclose(found.mean, prior.performance + mean, atol=1e-10)
-    np.testing.assert_allclose(found.deviation, deviation, atol=1e-7)
-
-
 def test_one_trial_has_a_closed_form():
     prior = prior_of([1.0, 0.8], [[0.0], [0.2]])  # one length scale apart
     belief = predict_performance(prior, [Trial(1, 1, 1.0, 1.0, (0.5,))], SETTINGS)
@@ -154,19 +137,6 @@ def test_trials_end_at_their_maximum_number_and_when_all_gaits_were_tried():
     every = [*Adaptation.unsaved(prior, lambda gait: -1.0, SETTINGS)]
     assert sorted(trial.member for trial in every) == [1, 2, 3, 4, 5]
     assert "all 5" in ending(prior, every, SETTINGS)
-
-
-def test_an_adaptation_has_the_same_trials_in_any_thread():
-    prior = random_prior()
-
-    def measured(gait):
-        return 0.3 * math.sin(gait.genome[0])
-
-    whole = [*Adaptation.unsaved(prior, measured, SETTINGS)]
-    assert len(whole) > 7
-    with ThreadPoolExecutor(4) as pool:
-        others = pool.map(lambda _: [*Adaptation.unsaved(prior, measured, SETTINGS)], range(4))
-        assert all(other == whole for other in others)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, "far", None])

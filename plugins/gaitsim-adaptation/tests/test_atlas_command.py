@@ -2,8 +2,6 @@
 
 import json
 
-import pytest
-
 
 def test_the_summary_reports_how_much_of_the_atlas_is_filled(gaitsim, tmp_path):
     axes = "duty factor,yaw=-90:90"
@@ -17,16 +15,3 @@ def test_the_summary_reports_how_much_of_the_atlas_is_filled(gaitsim, tmp_path):
     rows = [json.loads(row) for row in table]
     assert [*rows[0]][:6] == ["member", "score", "duty factor", "yaw", "gait", "stride frequency"]
     assert all(isinstance(row["gait"], str) for row in rows)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "says"),
-    [
-        (("millipede",), "no legs"),
-        (("spider-genetic", "--axes", "yaw"), "no range is given for the axis"),
-        (("spider-genetic", "--axes", "yaw=9:0"), "invalid range for the axis 'yaw': '9:0'"),
-        (("spider-genetic", "--cells", "many"), "invalid number of cells: 'many'"),
-    ],
-)
-def test_invalid_options_are_one_message(gaitsim, arguments, says):
-    assert says in " ".join(gaitsim("atlas", *arguments, code=2).stderr.split())

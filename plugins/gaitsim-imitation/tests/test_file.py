@@ -56,15 +56,11 @@ def changed(saved, **fields):
     ("fields", "says"),
     [
         ({"joint_angles": None}, "'joint_angles' is missing"),
-        ({"joint_angles": np.zeros((20, 4))}, r"shapes \(20, 4\)"),
         ({"commanded": np.full((20, 3), np.nan)}, "'commanded' has values that are not finite"),
         ({"joint_names": np.array(["a"])}, r"\(frames, 1\)"),
-        ({"W1": np.zeros((48, 4))}, "the network has layers of"),
         ({"W2": np.zeros((3, 47))}, "W2 has shape"),
-        ({"W1": None, "W2": None}, "at least one"),
         ({"activation": "rot13"}, "rot13"),
         ({"scale": 0.0}, r"the scale \(0\.0\)"),
-        ({"frame_rate": -1.0}, r"frame rate \(-1\.0\)"),
         ({"centre": np.array([object()] * 3)}, "allow_pickle=False"),
     ],
 )
@@ -72,13 +68,6 @@ def test_foreign_files_are_rejected(saved, fields, says):
     changed(saved, **fields)
     with pytest.raises(GaitsimError, match=says):
         load_imitator(saved)
-
-
-def test_a_missing_file_is_reported(tmp_path):
-    with pytest.raises(GaitsimError, match=r"cannot read .*file not found"):
-        load_imitator(tmp_path / "x.npz")
-    with pytest.raises(GaitsimError, match=r"cannot read .*directory"):
-        load_imitator(tmp_path)
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"nonsense" * 100])

@@ -18,20 +18,25 @@ def waves(frames=40, joints=3, period=20.0, amplitude=0.3):
 
 @pytest.mark.parametrize(("activation", "output"), itertools.product(ACTIVATION_CODES, repeat=2))
 def test_a_step_follows_the_networks_gradient(activation, output):
-    # Half the squared error, summed over the outputs: outputs/2 times the gradient of the MSE.
     rng = np.random.default_rng(0)
     network = Network.random((3, 5, 3), rng, activation, output)
     seen, wanted, rate = rng.normal(size=(1, 3)), rng.normal(size=(1, 3)), 0.1
-    _, slopes = network.gradients(seen.T, wanted.T)
-    expected = network.genes - rate * 3 / 2 * slopes
+
+    def error(genes):
+        answers = Network.from_genes((3, 5, 3), genes, activation, output).activate(seen.T)
+        return np.square(answers - wanted.T).sum() / 2
+
+    genes = network.genes
+    steps = 1e-6 * np.eye(len(genes))
+    slopes = np.array([(error(genes + step) - error(genes - step)) / 2e-6 for step in steps])
     (w1, w2), (b1, b2) = network.weights, network.biases
     errors = np.empty(1)
     descend(
         w1, b1, w2, b2, ACTIVATION_CODES[activation], ACTIVATION_CODES[output], seen, wanted,
         np.zeros((1, 1), np.int64), np.empty((1, 0, 0)), np.array([rate]), errors,
     )  # fmt: skip
-    assert network.genes == pytest.approx(expected, abs=1e-12)
-    assert errors[0] == pytest.approx(network.gradients(seen.T, wanted.T)[0], abs=1e-12)
+    assert network.genes == pytest.approx(genes - rate * slopes, abs=1e-8)
+    assert errors[0] == pytest.approx(2 / 3 * error(network.genes), abs=1e-12)  # a mean of 3
 
 
 @pytest.mark.parametrize("settings", SETTINGS.values(), ids=SETTINGS)
@@ -92,12 +97,6 @@ def test_standing_still_can_be_learnt():
     for settings in SETTINGS.values():
         imitator, _ = learn(expert, settings)
         assert imitator.free_run(expert[0], 30) == pytest.approx(expert, abs=0.02)
-
-
-def test_progress_counts_every_epoch():
-    said = []
-    learn(waves(), TrainingSettings(epochs=module.CHUNK * 2 + 1), said.append)
-    assert said == [module.CHUNK, module.CHUNK, 1]
 
 
 def test_a_diverging_training_is_an_error():

@@ -1,4 +1,4 @@
-"""Web pages: individuals and archives in 3D, galleries of runs, and bodies to steer."""
+"""Web pages: individuals and archives in 3D, galleries of runs, and a playground."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar

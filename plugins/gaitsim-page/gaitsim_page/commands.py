@@ -1,14 +1,10 @@
-"""`gaitsim gallery`, `gaitsim playground` and `gaitsim steer-page`."""
+"""`gaitsim gallery` and `gaitsim playground`."""
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from gaitsim.plugin import option
-from gaitsim.plugin.commands import Action, SteeredBody, argument
-
-if TYPE_CHECKING:
-    pass
+from gaitsim.plugin.commands import Action, argument
 
 
 class WriteGallery(Action):
@@ -82,31 +78,5 @@ class WritePlayground(Action):
 
         with status("Preparing the page …"):
             description = write_page(self.out, self.seed)
-        report_files(self.out)
-        echo(f"{self.out}: {description}")
-
-
-class WriteSteering(SteeredBody):
-    """Write a web page (one file) on which the fly can be steered, even offline.
-
-    [bold]Examples[/bold]
-
-    gaitsim steer-page --out fly.html
-
-    gaitsim steer-page fly-steer-hover --controller climb=runs/fly-steer-climb
-    """
-
-    out: Path = option(Path("steer.html"), "path of the page", placeholder="FILE.html")
-
-    def do(self) -> None:
-        """Write the page."""
-        from gaitsim.plugin.commands import echo, notice, report_files, status
-        from gaitsim_page.steering import write_page
-
-        with status("Preparing the page …"):
-            experiment, controllers, about = self.subject()
-            description = write_page(experiment, controllers, self.out)
-        if about:
-            notice(about)
         report_files(self.out)
         echo(f"{self.out}: {description}")

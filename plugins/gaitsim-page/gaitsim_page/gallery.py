@@ -51,8 +51,6 @@ class RunCard:
         pictures: pictures of the champion as WebP data URLs, by theme; {} if it cannot be drawn.
         problems: reasons why parts are missing.
         page: path, relative to the index, of the page that plays the champion, or ''.
-        code_file: path, relative to the index, of the file with a challenge code that is too long
-            for the index, or ''.
     """
 
     name: str
@@ -70,7 +68,6 @@ class RunCard:
     pictures: dict[str, str]
     problems: tuple[str, ...]
     page: str = ""
-    code_file: str = ""
 
 
 def read_champion(path: Path) -> tuple[RunSnapshot, Individual]:
@@ -224,8 +221,6 @@ def _code(card: RunCard) -> str:
     size = f"{len(card.code):,} characters"
     if not card.code:
         return ""
-    if card.code_file:
-        return f'<p><a href="{html.escape(card.code_file)}" download>Challenge code</a>, {size}</p>'
     return (
         f"<details><summary>Challenge code, {size}</summary>"
         f"<p>Click the code to select it.</p><code>{html.escape(card.code)}</code></details>"
@@ -238,7 +233,6 @@ def _link(content: str, page: str) -> str:
 
 INDEX, RECORD, PAGES = "index.html", "gallery.json", "pages"
 KIND = "gaitsim gallery"
-MAX_INLINE_CODE = 4000  # maximum characters of a code in the index; longer codes have a file
 MAX_RECORD_BYTES = 50_000_000  # maximum bytes of a gallery's record
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")
 
@@ -316,9 +310,6 @@ def _write_run(path: Path, out: Path, name: str) -> RunCard:
     """
     run, champion = read_champion(path)
     card = card_of(run, champion)
-    if len(card.code) > MAX_INLINE_CODE:
-        card = replace(card, code_file=f"{name}.code.txt")
-        write_bytes(out / card.code_file, f"{card.code}\n".encode())
     if not card.pictures:
         return card
     try:
@@ -340,7 +331,7 @@ def _finish(
     missing = [(name, why) for name, why in problems if name not in shown]
     title = f"Gallery of {root.resolve().name or root}"
     write_bytes(out / INDEX, index(title, cards, missing))
-    written = {name for card in cards for name in (card.page, card.code_file) if name}
+    written = {card.page for card in cards if card.page}
     _write_record(out, ranked(cards), before | written)
     return written
 

@@ -10,7 +10,7 @@ import pytest
 
 import gaitsim as gs
 from gaitsim.contracts import Measure, Skeleton
-from gaitsim.errors import GaitsimError, PluginError
+from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.render.encoder import ENOUGH, movement_frequency
@@ -67,41 +67,6 @@ def test_long_curves_are_thinned(spider, spider_run):
     assert len(curve["best"]) == MAX_CURVE_POINTS
     assert (curve["generation"][0], curve["generation"][-1]) == (1, 4001)
     assert (curve["best"][0], curve["best"][-1]) == (0.0, None)
-
-
-@pytest.mark.parametrize(
-    ("skeleton", "message"),
-    [
-        (lambda *_: Skeleton(np.full((2, 1, 2, 3), np.nan), ("a",), 1.0), "not finite"),
-        (lambda *_: Skeleton(np.zeros((2, 0, 2, 3)), (), 1.0), "nothing to draw"),
-        (lambda *_: None, "returned a NoneType"),
-    ],
-)
-def test_a_body_that_cannot_be_drawn_is_reported_in_one_message(
-    puppet_run, puppets, monkeypatch, gaitsim, tmp_path, skeleton, message
-):
-    run = puppet_run()
-    monkeypatch.setattr(puppets.Puppet, "skeleton", skeleton)
-    with pytest.raises(PluginError, match=f"package gaitsim-puppets.*{message}"):
-        page([run.individual()])
-    output = gaitsim("export", run.path, "--format", "html", code=2).stderr
-    assert message in output
-    assert not (tmp_path / "run/exports").exists() or not [*(tmp_path / "run/exports").iterdir()]
-
-
-def test_the_command_and_python_write_the_same_page(gaitsim, puppet_run, tmp_path):
-    run = puppet_run("evolution.generations=3").path
-    output = gaitsim("export", run, "--format", "html").stdout
-    (path,) = (tmp_path / "run/exports").glob("page-generation-*.html")
-    assert f"exports/{path.name}: generation " in output
-    gs.export(gs.load(run), tmp_path / "b.html")
-    assert (tmp_path / "b.html").read_bytes() == path.read_bytes()
-    gaitsim("export", run, "--generations", "1,3", "--out", "several.html")
-    clips = data_of((tmp_path / "several.html").read_bytes())["clips"]
-    assert [clip["tag"] for clip in clips] == ["generation 1", "generation 3"]
-    many = ",".join(map(str, range(1, 14)))
-    output = gaitsim("export", run, "--format", "html", "--generations", many, code=2).stderr
-    assert "has no generation" in output
 
 
 class Tags(HTMLParser):

@@ -29,24 +29,21 @@ from gaitsim_hardware.keyframes import (
     write_degrees,
     write_ticks,
 )
-from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_bag, write_goal
+from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_goal
 
 MOST_STREAMED = 64  # joints whose pulses and status fit into 20 ms at 115200 baud
 
 
 def export_trajectory(
-    individual: Individual, path: Path, keyframe_ms: int | None, speed: float, *, bag: bool
+    individual: Individual, path: Path, keyframe_ms: int | None, speed: float
 ) -> Exported:
-    """Write the gait of an individual as the goal of a ROS 2 action, or as a rosbag2 folder."""
+    """Write the gait of an individual as the goal of a ROS 2 action."""
     gait = gait_of(individual)
     trajectory = trajectory_of(gait, keyframe_ms, speed)
     points, joints = trajectory.positions.shape
     seconds = trajectory.nanoseconds[-1] / 1e9
     summary = f"{points} points × {joints} joints in {seconds:g} s, radians"
     notices = fall_notices(individual)
-    if bag:
-        write_bag(trajectory, path)
-        return Exported(summary, notices)
     size = write_goal(trajectory, path)
     if size >= MAX_ARGUMENT:
         notices = (
@@ -83,10 +80,8 @@ def export_keyframes(
     """
     name = sketch_name(path) if format == "arduino" else ""
     gait, assumed = gait_of(individual), ""
-    if calibration is None and file is not None:
-        calibration = read_calibration(file, format, gait.joint_names)
-    elif calibration is None:
-        calibration, assumed = _assumed_calibration(individual, gait, format)
+    if calibration is None:
+        calibration, assumed = _calibration(individual, gait, format, file)
     loop = find_loop(gait.angles, gait.frame_rate) if format == "arduino" else None
     keyframes = keyframes_of(gait, calibration, keyframe_ms, speed=speed, clip=clip, loop=loop)
     if format == "arduino":
@@ -110,11 +105,8 @@ def export_controller(
         clip: whether to accept a simulated walk with angles beyond the limits, which the sketch
             clips.
     """
-    name, gait, assumed = sketch_name(path), gait_of(individual), ""
-    if file is not None:
-        calibration = read_calibration(file, "arduino", gait.joint_names)
-    else:
-        calibration, assumed = _assumed_calibration(individual, gait, "arduino")
+    name, gait = sketch_name(path), gait_of(individual)
+    calibration, assumed = _calibration(individual, gait, "arduino", file)
     simulated = keyframes_of(gait, calibration, clip=clip)
     check_standing(simulated.standing, calibration)
     controller = controller_of(individual)
@@ -143,11 +135,8 @@ def export_receiver(individual: Individual, path: Path, file: Path | None) -> Ex
         path: path of the folder.
         file: TOML file of the calibration; None for servos centred in the standing pose.
     """
-    name, gait, assumed = sketch_name(path), gait_of(individual), ""
-    if file is not None:
-        calibration = read_calibration(file, "arduino", gait.joint_names)
-    else:
-        calibration, assumed = _assumed_calibration(individual, gait, "arduino")
+    name, gait = sketch_name(path), gait_of(individual)
+    calibration, assumed = _calibration(individual, gait, "arduino", file)
     if len(gait.joint_names) > MOST_STREAMED:
         raise GaitsimError(
             f"the robot has {len(gait.joint_names)} joints",
@@ -218,10 +207,12 @@ def _simulated_servo(individual: Individual) -> str:
     return str(getattr(individual.experiment.organism, "servo", ""))
 
 
-def _assumed_calibration(
-    individual: Individual, gait: Gait, format: str
+def _calibration(
+    individual: Individual, gait: Gait, format: str, file: Path | None
 ) -> tuple[Calibration, str]:
-    """Return the default calibration, and a notice about its assumptions."""
+    """Return the calibration in a file, or the default one and a notice about its assumptions."""
+    if file is not None:
+        return read_calibration(file, format, gait.joint_names), ""
     servo = _simulated_servo(individual)
     found = default_calibration(format, gait.joint_names, gait.standing, servo)
     name = next(iter(found.joints.values())).servo

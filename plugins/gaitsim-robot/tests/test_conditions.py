@@ -170,26 +170,6 @@ def test_a_robot_in_a_world_has_the_same_bits_in_every_thread_and_chunk():
     np.testing.assert_array_equal(played["torso"][whole], together["torso"][whole])
 
 
-def test_damage_and_a_world_can_be_combined():
-    robot = Robot(model="hexapod", servo="sts3215", damage=("L2 lost",), world={"mass": 1.2})
-    intact = Robot(model="hexapod", servo="sts3215", damage=("L2 lost",))
-    mass = robot.simulation.anatomy.mass
-    assert mass == pytest.approx(1.2 * intact.simulation.anatomy.mass)
-    assert mass < 1.2 * robot.anatomy.mass
-    assert robot.simulation.stands
-    facts = robot.describe()
-    assert "mass" in facts["World"]
-    assert "World" not in intact.describe()
-
-
-def test_weaker_servos_need_a_larger_share_of_their_torque_for_standing():
-    nominal, weak = (
-        Robot(servo="sts3215", world=world).simulation.effort.max()
-        for world in ({}, {"servo_torque": 0.7})
-    )
-    assert weak == pytest.approx(nominal / 0.7, rel=0.02)
-
-
 @pytest.mark.parametrize(
     ("world", "message"),
     [({"wind": 1.0}, "wind"), ({"slope": 50.0}, "-45 to 45 °"), ({"mass": 0.0}, "0.1 to 10")],

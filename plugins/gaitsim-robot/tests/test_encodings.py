@@ -165,18 +165,6 @@ def test_commands_of_any_genome_respect_the_limits_and_the_top_speed(
     assert angles[:, 0] == pytest.approx(np.tile(standing, (3, 1)))
 
 
-@pytest.mark.sampled
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("robot", ["hexapod", "humanoid"])
-def test_chunks_do_not_change_any_bit(robot, kind):
-    coder = encoding(robot, kind)
-    drawn = genomes(coder, 4)
-    whole = coder.commands(drawn, 80)[0]
-    for size in (1, 3):
-        parts = [coder.commands(drawn[at : at + size], 80)[0] for at in range(0, 4, size)]
-        assert np.array_equal(np.concatenate(parts), whole)
-
-
 LAGS = {
     "alternating": [0, 0.5, 0.5, 0, 0, 0.5],
     "trot": [0, 0.5, 0.5, 0, 0, 0.5],

@@ -46,24 +46,6 @@ def test_heading_keeps_the_direction_with_horn_errors():
     assert turned(felt.move(start(felt)))[0] < 5
 
 
-def test_populations_move_bit_for_bit_as_their_individuals():
-    body = robot(
-        "quadruped",
-        duration=2.5,
-        world={**HORNS, "push": 0.7, "latency": 0.03, "command_rate": 30},
-        reflexes={"heading": {}, "level": {}, "contact": {}, "phase": {}, "network": {}},
-        evolve=["heading.gain", "level.gain"],
-        sensors=["mpu6050", "contacts", "load"],
-    )
-    genomes = walkers(body, 6)
-    together = body.move(genomes)
-    assert 0 < (together["lasted"] < 2.5).sum() < 6  # some fall: others walk on
-    for rows in ([0], [3, 1], [5, 2, 4]):
-        alone = body.move(genomes[rows])
-        for name in together:
-            np.testing.assert_array_equal(alone[name], together[name][rows], name)
-
-
 def test_evolved_options_and_weights_are_genes():
     plain = robot(duration=1, reflexes={"heading": {"gain": 6.0}})
     evolved = robot(duration=1, reflexes={"heading": {}, "network": {}}, evolve=["heading.gain"])

@@ -7,7 +7,6 @@ from walking_motion import (
     LENGTH,
     TIME,
     WEIGHT,
-    assert_independent_of_the_population,
     motion,
     straight,
 )
@@ -109,10 +108,6 @@ def test_each_other_penalty_follows_its_definition(term, changed, expected):
     found = terms(**changed)
     assert found.pop(term) == pytest.approx(expected)
     assert found == pytest.approx(dict.fromkeys(found, 0.0), abs=1e-9)
-
-
-def test_the_terms_of_an_individual_do_not_depend_on_the_population():
-    assert_independent_of_the_population(FollowFitness())
 
 
 def test_a_body_without_commands_is_refused():

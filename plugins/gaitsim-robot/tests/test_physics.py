@@ -1,7 +1,5 @@
 """The physics of robots against closed forms."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import mujoco
 import numpy as np
 import pytest
@@ -132,26 +130,6 @@ def test_work_is_torque_times_speed_and_rms_torque_counts_every_step():
     rms = np.sqrt(squares / (100 * simulation.steps))
     assert motion["rms_torque"][0] == pytest.approx(rms, rel=1e-3)
     assert motion["continuous_torque"][0] == pytest.approx(motion["stall_torque"][0] / 5)
-
-
-def test_an_individual_has_the_same_bits_among_others_alone_and_in_another_thread():
-    simulation, servos = standing_quadruped("ax-12a")
-    stall = servos[simulation.anatomy.joints[0]].stall_torque
-    random = np.random.default_rng(0)
-    steady = trot(simulation, 151)
-    commands = steady + random.uniform(0, [[[0.1]], [[2.0]]] * 4, (8, *steady.shape[1:]))
-    together = walk(simulation, commands)
-    assert (together["lasted"] == 3.0).any()
-    assert (together["lasted"] < 3.0).any()
-    assert together["torque"].max() <= stall
-    with ThreadPoolExecutor(2) as threads:
-        alone = list(threads.map(lambda one: walk(simulation, commands[[one]]), range(8)))
-    for name, values in ((name, together[name]) for name in together):
-        np.testing.assert_array_equal(np.concatenate([one[name] for one in alone]), values)
-    fallen = int(np.argmin(together["lasted"]))
-    until = round(together["lasted"][fallen] * 50) + 1
-    before = walk(simulation, commands[[fallen], :until])
-    assert together["rms_torque"][fallen] == pytest.approx(before["rms_torque"][0])
 
 
 def test_an_unstable_robot_fails_without_affecting_others_or_writing_files(

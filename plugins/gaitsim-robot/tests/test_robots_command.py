@@ -91,9 +91,3 @@ def test_installed_robots_and_servos_are_listed(shaped, gaitsim):
     (found,) = (one for one in lines if one["body"] == "cube")
     assert (found["formats"], found["Shapes"]) == (["shape"], {"ball": "round"})
     assert "ball" in gaitsim("plugins", "show", "cube").stdout
-
-
-def test_conditions_of_a_body_are_listed(gaitsim):
-    said = gaitsim("plugins", "show", "walker").stdout
-    assert "joint_offset" in said
-    assert "0.3 to 1.2" in said

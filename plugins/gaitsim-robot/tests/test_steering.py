@@ -5,8 +5,6 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.experiment import load_experiment
-from gaitsim.individual import Individual
-from gaitsim.steering import driven as driven_individual
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.steering import COMMANDS, STEPS
 
@@ -63,23 +61,6 @@ def test_a_drive_repeats_bit_for_bit(options):
         first = 0 if name in felt | {"joint_angles"} else 1
         expected = whole[name][:, first : first + mine.shape[1]]
         assert np.array_equal(expected, mine), name
-
-
-@pytest.mark.slow
-def test_equal_commands_give_the_same_bits_however_frames_are_split():
-    robot = Robot(model="hexapod")
-    genome = robot.controllers()["gait"]
-    motions = []
-    for parts in ((40,), (1, 12, 27)):
-        steered = robot.steer({"gait": genome})
-        steered.give("faster")
-        steered.give("push")
-        motions.append([steered.advance(frames) for frames in parts])
-    [[whole], parts] = motions
-    for name in frames_of(robot):
-        joined = np.concatenate([part[name] for part in parts], axis=1)
-        assert np.array_equal(joined, whole[name]), name
-    assert robot.measures(whole)
 
 
 def test_a_robot_walks_turns_and_stops_as_commanded():
@@ -152,23 +133,6 @@ def test_wrong_commands_genomes_and_engines_are_refused():
         steered.advance(0)
     with pytest.raises(GaitsimError, match="at most 600 s"):
         steered.advance(30_001)
-
-
-@pytest.mark.slow
-def test_a_recorded_drive_is_repeated_in_python_bit_for_bit():
-    experiment = load_experiment("hexapod", {"organism.world": {"unevenness": 0.004}})
-    genome = next(iter(experiment.organism.starts().values()))
-    steered = experiment.organism.steer({"gait": genome})
-    steered.give("faster")
-    steered.advance(25)
-    for command in ("faster", "left", "push"):
-        steered.give(command)
-    recorded = steered.advance(100)
-    found = driven_individual(Individual(experiment, 0.0, {}, 1, genome), steered.drive()["drive"])
-    assert found.motion["torso"].shape[1] == 501  # 10 s, as without a drive
-    assert np.array_equal(found.motion["torso"][:, 26:126], recorded["torso"])
-    with pytest.raises(GaitsimError, match="invalid speed in a drive: 99"):
-        driven_individual(found, [{"speed": 99}])
 
 
 def test_a_held_stop_key_adds_no_entries():

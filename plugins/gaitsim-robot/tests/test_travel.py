@@ -8,12 +8,10 @@ from walking_motion import (
     STALL,
     TIME,
     WEIGHT,
-    assert_independent_of_the_population,
     motion,
     straight,
 )
 
-from gaitsim.experiment import load_experiment
 from gaitsim_robot.travel import TravelFitness
 
 
@@ -77,20 +75,3 @@ def test_unknown_quantities_are_not_penalised():
     unknown = {"stall_torque": np.zeros(4), "weight": np.array(0.0)}
     terms = TravelFitness().terms(motion(**loaded, **unknown))
     assert terms["torque"] == terms["energy"] == 0
-
-
-def test_the_terms_of_an_individual_do_not_depend_on_the_population():
-    assert_independent_of_the_population(TravelFitness())
-
-
-def test_the_walker_can_be_evaluated():
-    settings = {"fitness.plugin": "travel", "organism.duration": 1, "evolution.population": 4}
-    experiment = load_experiment("walker", settings)
-    walker = experiment.organism
-    found = walker.move(walker.genome_space().random(3, np.random.default_rng(0)))
-    terms = experiment.fitness.terms(found)
-    assert terms["forward"] == pytest.approx(found["torso"][:, -1, 0], abs=1e-12)
-    assert all(np.isfinite(values).all() for values in terms.values())
-    pitch = found["orientation"]
-    assert np.array_equal(pitch[..., 1], -found["pitch"])
-    assert not pitch[..., [0, 2]].any()

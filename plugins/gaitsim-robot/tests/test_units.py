@@ -1,7 +1,5 @@
 """Robot files in other units than metres, kilograms and radians: warnings and scales."""
 
-import json
-
 import mujoco
 import numpy as np
 import pytest
@@ -186,26 +184,6 @@ def test_single_joints_that_turn_often_are_not_degrees(tmp_path):
     path = tmp_path / "dog.xml"
     path.write_text(QUADRUPED.replace('range="-3 3"', 'range="-12.6 12.6"'))
     assert read(path)[2] == ""
-
-
-@pytest.mark.slow
-def test_options_can_be_tried_in_a_check(gaitsim, write, tmp_path):
-    write(length=1e3)
-    check = "robots", "check", "dog.urdf"
-    plain = gaitsim(*check)
-    assert "probably in millimetres" in plain.stdout
-    assert plain.stdout.endswith("Evolve a gait: gaitsim run dog.urdf\n")
-    scale = "--set", "organism.scale=0.001"
-    done = gaitsim(*check, *scale, "--set", "organism.facing=-x", "--json", "--picture", "dog.png")
-    found = json.loads(done.stdout)
-    assert found["facts"]["Body"]["trunk"].startswith("0.4 m long")
-    assert found["facts"]["Legs"]["L1"].split("; ")[1] == "foot RR_shank"
-    assert len(found["warnings"]) == 1
-    assert "'organism.facing' to +x" in found["warnings"][0]
-    done = gaitsim(*check, *scale, "--set", "organism.servo=ideal", "--model-out", "whole.urdf")
-    assert "ideal: " in done.stdout
-    assert done.stdout.endswith("gaitsim run whole.urdf --set organism.servo=ideal\n")
-    assert load_experiment(str(tmp_path / "whole.urdf")).organism.warnings() == ()
 
 
 @pytest.mark.slow

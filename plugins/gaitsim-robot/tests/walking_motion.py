@@ -31,23 +31,3 @@ def motion(**changed):
 def straight(x, y=0.0):
     """Return the path of a torso that moves to a point at constant velocity."""
     return TIME[:, None] / TIME[-1] * np.array([x, y, 0.0])
-
-
-def random_motion(individuals):
-    """Return motions with random channels."""
-    rng = np.random.default_rng(0)
-    shapes = {name: values.shape[1:] for name, values in motion().items()}
-    channels = {name: rng.random((individuals, *shape)) for name, shape in shapes.items()}
-    # Bodies may return arrays with any memory layout.
-    channels["torque"] = np.asfortranarray(channels["torque"])
-    return Motion(RATE, channels)
-
-
-def assert_independent_of_the_population(fitness):
-    """Check that the terms of an individual have the same bits in any part of a population."""
-    everyone = random_motion(9)
-    whole = fitness.terms(everyone)
-    for part in (slice(4, 5), slice(2, 9)):
-        chosen = {name: values[part] for name, values in everyone.items()}
-        for name, values in fitness.terms(Motion(RATE, chosen)).items():
-            assert np.array_equal(values, whole[name][part]), name

@@ -171,16 +171,6 @@ class TestAttacks:
         window.press("y")
         window.until(lambda: not run.exists())
 
-    def test_a_missing_token_can_be_entered(self, serve, browser):
-        _, address = serve()
-        page, _, token = address.partition("?token=")
-        shown = browser.new_context().new_page()
-        assert shown.goto(page).status == 403
-        shown.fill("input", token)
-        shown.press("input", "Enter")
-        shown.wait_for_selector("body.-first-byte")
-        assert shown.url == page
-
 
 @contextmanager
 def _page(html):

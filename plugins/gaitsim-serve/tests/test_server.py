@@ -298,14 +298,10 @@ class TestApps:
         [
             "",
             "{",
-            "7",
             "[]",
-            "{}",
-            '["stdin"]',
             '["stdin", 1]',
             '["resize", {"width": "80", "height": 24}]',
             '["resize", {"width": 1e9, "height": 24}]',
-            '["resize", [80, 24]]',
             '["quit"]',
             "[" * 100_000,
             f"[{'1' * 5000}]",
@@ -451,12 +447,8 @@ class TestListening:
         "bad",
         [
             ["--host", "nowhere.invalid"],
-            ["--host", ""],
             ["--host", "300.1.1.1"],
-            ["--host", "1" * 300],
-            ["--port", "0"],
             ["--port", "70000"],
-            ["--port", "x"],
             ["--theme", "gaitsim-lite"],
             ["--windows", "0"],
         ],
@@ -473,10 +465,3 @@ class TestListening:
         seen = served(monkeypatch)
         gaitsim("serve", "my runs", "--port", free_port, "--theme", "nord")
         assert seen[0].command.endswith("-m gaitsim tui 'my runs' --theme nord")
-
-
-class TestTui:
-    def test_an_unknown_theme_is_reported(self, gaitsim, monkeypatch):
-        monkeypatch.setenv("TEXTUAL_DRIVER", "none")
-        stderr = gaitsim("tui", "--theme", "gaitsim-lite", code=2).stderr
-        assert "did you mean 'gaitsim-light'?" in stderr

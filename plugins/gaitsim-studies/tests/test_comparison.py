@@ -126,20 +126,6 @@ def test_experiments_with_different_populations_have_equal_budgets() -> None:
     assert str(sizes[1]) in caught.value.allowed
 
 
-def test_report_and_json_hold_the_numbers() -> None:
-    found = compare_experiments("millipede-random", "millipede-mutation", targets=(3.0, 4.0))
-    text = report(found, "gaitsim compare a b", [])
-    for piece in ("after 108 evaluations, 40 repeats", "A12", "ERT", "gaitsim compare a b", "Holm"):
-        assert piece in text
-    assert methods(found) in text
-    values = to_dict(found)
-    assert values["experiments"]["millipede-random"]["mean"] == pytest.approx(
-        found.samples["millipede-random"].final.mean()
-    )
-    assert values["comparisons"][0]["a12"] == found.pairs[0].a12
-    assert [one["target"] for one in values["experiments"]["millipede-random"]["ert"]] == [3, 4]
-
-
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [

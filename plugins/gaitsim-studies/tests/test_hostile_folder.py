@@ -1,10 +1,10 @@
 """Untrusted folders of studies: a study resumes, or ends with one message."""
 
-import os
 import shutil
 
 import numpy as np
 import pytest
+from hostile import ATTACKS
 from run_helpers import STUDY
 
 from gaitsim.errors import GaitsimError, RunError
@@ -36,57 +36,22 @@ def folder(studied, tmp_path):
     return shutil.copytree(studied, tmp_path / "study")
 
 
-def pipe(path):
-    os.mkfifo(path)
-
-
-def link(path):
-    path.symlink_to(path.parents[1] / "outside" / "file")
-
-
-def link_to_nothing(path):
-    path.symlink_to(path.parents[1] / "outside" / "new")
-
-
-def link_to_a_folder(path):
-    path.symlink_to(path.parents[1] / "outside")
-
-
-def endless(path):
-    path.symlink_to("/dev/zero")
-
-
-def huge(path):
-    with path.open("wb") as file:
-        file.truncate(10**11)
-
-
-def directory(path):
-    (path / "more").mkdir(parents=True)
-
-
-ATTACKS = (pipe, link, link_to_nothing, link_to_a_folder, endless, huge, directory)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize("attack", ATTACKS)
-def test_attacks_on_each_file_of_a_study(attack, folder, gaitsim):
-    whole = folder.parent / "whole"
+@pytest.mark.parametrize("name", ["pipe", "link to a file", "link to nothing", "endless", "huge"])
+def test_attacks_on_each_file_of_a_study(name, folder, gaitsim):
+    whole, outside = folder.parent / "whole", folder.parent / "outside"
     folder.rename(whole)
     for file in ("study.toml", "1.toml", "results.csv", "report.md", ".lock", CELLS, FRESH):
         shutil.rmtree(folder, ignore_errors=True)
         shutil.copytree(whole, folder)
         path = folder / file
         shutil.rmtree(path) if path.is_dir() else path.unlink(missing_ok=True)
-        attack(path)
+        ATTACKS[name](path, b"", outside)
         # Attacks on files that the study replaces, or only locks, have no effect.
-        harmless = {pipe: file in ("results.csv", "report.md"), directory: file in (CELLS, FRESH)}
-        harmless[huge] = file in ("results.csv", "report.md", ".lock")
-        if file in (CELLS, FRESH) and attack is directory:
-            continue  # the attack changes nothing: it is a folder already
-        said = gaitsim("study", folder, "--workers", 1, code=0 if harmless.get(attack) else 2)
-        assert harmless.get(attack) or file in said.stderr
-        outside = folder.parent / "outside"
+        replaced = file in ("results.csv", "report.md")
+        harmless = {"pipe": replaced, "huge": replaced or file == ".lock"}.get(name)
+        said = gaitsim("study", folder, "--workers", 1, code=0 if harmless else 2)
+        assert harmless or file in said.stderr
         assert [entry.name for entry in outside.iterdir()] == ["file"]
         assert (outside / "file").read_text() == "theirs"
 

@@ -15,13 +15,8 @@ REALITY = {
     "transferability.reality": {"world": {"friction": 0.2}},
 }
 CHANGES = [
-    ("spider", {}, {"seed": 2}),
-    ("spider", {}, {"evolution.population": 30}),
-    ("spider-genetic", {}, {"islands.migrants": 1}),
-    ("spider", {}, {"organism.frequency": 2.0}),
     ("spider-genetic", {}, {"selection.size": 5}),
     ("spider-genetic", {}, {"crossover.plugin": "none"}),
-    ("spider", {}, {"fitness.slip_weight": 0.1}),
     ("spider-genetic", {}, {"mutation.rate": 0.9}),
     ("walker", {}, {"worlds.number": 3}),
     ("walker", {"worlds.number": 3}, {"worlds.combine": "worst"}),

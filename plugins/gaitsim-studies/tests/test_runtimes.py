@@ -1,6 +1,5 @@
 import numpy as np
 import pytest
-from hypothesis import settings, strategies as st
 
 from gaitsim_studies.runtimes import TARGETS, ecdf, spaced_targets, summarise_target
 
@@ -22,11 +21,6 @@ def test_expected_running_time_counts_failures() -> None:
     assert (always.ert, always.low) == (10, 10)
     lost = (1 - always.rate_low) / always.rate_low * 30  # failures may have been missed
     assert always.high == pytest.approx(10 + lost)
-
-
-BESTS = st.lists(st.lists(st.integers(0, 5), min_size=4, max_size=4), min_size=1, max_size=9)
-
-RUNS = settings(max_examples=40)
 
 
 @pytest.mark.parametrize("p", [0.02, 0.3, 0.6])

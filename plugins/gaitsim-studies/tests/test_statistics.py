@@ -7,7 +7,6 @@ from scipy import stats
 
 from gaitsim_studies.statistics import (
     LEAST,
-    compare,
     describe,
     effect_interval,
     effect_name,
@@ -19,8 +18,6 @@ from gaitsim_studies.statistics import (
     rank_test,
     rate_interval,
 )
-
-SAMPLES = st.lists(st.integers(0, 9), min_size=2, max_size=20)
 
 
 def test_description_of_a_known_sample() -> None:
@@ -96,17 +93,6 @@ def test_intervals_have_their_confidence_level(n: int) -> None:
         truth = 2.6 + 0.03 * stats.norm.ppf(1 / 6), 0.6
         covered += (ends[:, 0] <= truth) & (truth <= ends[:, 1])
     assert (covered >= 0.92 * sets).all()
-
-
-def test_the_rank_test_agrees_with_scipy() -> None:
-    rng = np.random.default_rng(2)
-    first, second = rng.normal(0, 1, 40), rng.normal(1, 1, 35)
-    (found,), _ = compare({"a": first, "b": second})
-    assert found.p == stats.mannwhitneyu(first, second).pvalue
-    assert found.p_holm == found.p
-    assert found.differs
-    few = stats.mannwhitneyu(first[:30], second[:28], method="exact")
-    assert rank_test(first[:30], second[:28])[0] == pytest.approx(few.pvalue)
 
 
 @settings(max_examples=25)

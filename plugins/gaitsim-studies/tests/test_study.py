@@ -46,24 +46,17 @@ def test_cells_are_the_product_of_the_axes() -> None:
 @pytest.mark.parametrize(
     ("change", "says"),
     [
-        ("repeats = 4|repeats = 0", "a whole number ≥ 1"),
         ("from = 5, to = 9|from = 9, to = 5", "the range from 9 to 5 is empty"),
         ("step = 2|step = 0", "greater than 0"),
         ("= [2, 3]|= []", "the axis has no values"),
-        ("= [2, 3]|= [2, 2]", "the axis has a value twice"),
-        ("organism.pairs|organism.pears", "unknown key"),
         ("from = 5, to = 9, step = 2|from = 5, to = 9", "6 is odd|5 of 6"),
         ('"evolution.generations"|"evolution.population"', "is both an axis and in 'set'"),
         ("record_every|record_evry", "did you mean 'record_every'"),
         ('"millipede-mutation"|"millipede-mutatoin"', "did you mean 'millipede-mutation'"),
-        ('"millipede-mutation"|"millipede-random"', "listed twice"),
         ('name = "small"|name = "../small"', 'invalid name: "../small"'),
         ('name = "small"|name = "small"\nschema = 2', "newer version of gaitsim"),
-        ('name = "small"|name = ', "not valid TOML"),
         ('"organism.pairs"|"experiment"', "a column of the study's results"),
-        ("target = 2.0|published.nosuch = {population = 1, generations = 1}", "is not among"),
         ("= [2, 3]|= [2, 3000]", "small.toml, key organism.pairs"),
-        ('experiments = ["millipede-random", "millipede-mutation"]|', "experiments is required"),
     ],
 )
 def test_each_problem_is_reported(change: str, says: str) -> None:

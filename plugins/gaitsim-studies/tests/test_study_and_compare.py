@@ -1,4 +1,3 @@
-import json
 import signal
 
 import pytest
@@ -45,17 +44,7 @@ def test_a_study_writes_table_surfaces_and_report(gaitsim, tmp_path):
     ("arguments", "says"),
     [
         (["study", "nosuch"], "unknown study 'nosuch'"),
-        (["study", "nosuch.toml"], "cannot read the study file nosuch.toml"),
         (["compare", "millipede", "milipede"], "did you mean 'millipede'?"),
-        (["compare", "millipede", "millipede", "--set", "mutation.rte=1"], "unknown key"),
-        (
-            ["compare", "millipede", "millipede", "--targets", "1,,2"],
-            "invalid list of scores: '1,,2'",
-        ),
-        (
-            ["compare", "millipede", "millipede", "--evaluations", "20"],
-            "not enough for one generation",
-        ),
         (
             ["compare", "millipede", "spider", "--evaluations", "400", "--generations", "2"],
             "'evaluations' and 'generations' cannot be combined",
@@ -142,33 +131,3 @@ def test_a_comparison_stopped_at_once_keeps_nothing(gaitsim, tmp_path, monkeypat
     said = gaitsim("compare", *given, code=130).stderr
     assert f"gaitsim compare {' '.join(map(str, given))}" in " ".join(said.split())
     assert not [*(tmp_path / "comparisons").iterdir()]
-
-
-@pytest.mark.slow
-def test_searches_and_populations_are_compared_by_evaluations(gaitsim, tmp_path):
-    text = gaitsim("experiments", "show", "spider-genetic").stdout
-    head, _, _ = text.replace('name = "spider-genetic"', 'name = "cma"').partition("[search]")
-    (tmp_path / "cma.toml").write_text(
-        head.replace("population = 200", "population = 9") + '[search]\nplugin = "cma-es"\n'
-    )
-    arguments = ("compare", "spider-genetic", "cma.toml", "--repeats", 6, "--evaluations", 410)
-    values = json.loads(gaitsim(*arguments, "--json", "--format", "svg").stdout)
-    assert values["warning"] is None
-    assert values["evaluations"] == 410
-    spent = {label: one["evaluations"] for label, one in values["experiments"].items()}
-    assert spent == {"spider-genetic": 400, "cma": 405}
-    assert len(values["targets"]) == 51
-    for one in values["experiments"].values():
-        assert one["area_low"] is one["area_high"] is None  # of fewer than 20 repeats
-        assert 0 <= one["area"] <= one["targets_reached"] <= 1
-    folder = tmp_path / values["folder"]
-    rows = [line.split(",") for line in (folder / "results.csv").read_text().splitlines()[1:]]
-    assert [int(row[3]) for row in rows if row[:2] == ["spider-genetic", "1"]] == [200, 400]
-    second = [int(row[3]) for row in rows if row[:2] == ["cma", "2"]]
-    assert second[0] == 9
-    assert second[-1] == 405
-    assert json.loads((folder / "comparison.json").read_text())["targets"] == values["targets"]
-    assert (folder / "ecdf.svg").exists()
-    gaitsim(*values["command"].split()[1:], "--out", "again")
-    for name in ("results.csv", "ecdf.csv"):
-        assert (tmp_path / "again" / name).read_text() == (folder / name).read_text()

@@ -15,11 +15,9 @@ from gaitsim_hardware.calibration import Calibration
 from gaitsim_robot.rollout import tilt_and_yaw
 from gaitsim_wire.body import ServoRobot
 from gaitsim_wire.packets import (
-    ACTION,
     ALL,
     PING,
     READ,
-    REGISTER,
     SYNC_READ,
     SYNC_WRITE,
     WRITE,
@@ -233,7 +231,6 @@ class EmulatedBus(Emulator):
         servos = [*calibration.joints.values()]
         self._joints = {int(servo.id or 0): joint for joint, servo in enumerate(servos)}
         self._memory = {number: bytearray(256) for number in self._joints}
-        self._delayed: dict[int, tuple[int, bytes]] = {}
         goals = calibration.ticks(self._degrees)
         for number, joint in self._joints.items():
             self._set(number, table.model, table.models[servos[joint].servo])
@@ -297,10 +294,6 @@ class EmulatedBus(Emulator):
         error = 0
         if kind == WRITE:
             error = self._write(number, place, data[word:])
-        elif kind == REGISTER:
-            self._delayed[number] = place, data[word:]
-        elif kind == ACTION and number in self._delayed:
-            self._write(number, *self._delayed.pop(number))
         return self._reply(number, error)
 
     def _reply(self, number: int, error: int = 0, data: bytes = b"") -> bytes:

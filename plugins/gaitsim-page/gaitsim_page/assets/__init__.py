@@ -35,7 +35,7 @@ VIEWER = (
 )
 """The scripts of the viewer, which run in the scope of one function."""
 
-STYLES = ("viewer.css", "steering.css", "atlas.css", "playground.css")
+STYLES = ("viewer.css", "atlas.css", "playground.css")
 """Style sheets."""
 
 BOOT = "boot.js"

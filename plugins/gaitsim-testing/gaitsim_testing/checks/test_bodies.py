@@ -1,0 +1,513 @@
+"""Checks of a body: its genome space, its motion, its worlds, and what is drawn of it."""
+
+import math
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import product
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from gaitsim.plugin import (
+    Array,
+    BitSpace,
+    Channel,
+    Entry,
+    GaitsimError,
+    Genomes,
+    GenomeSpace,
+    Measure,
+    Motion,
+    Organism,
+    RealSpace,
+    Rig,
+    Skeleton,
+    Steered,
+    check_world,
+    plugin_errors,
+)
+from gaitsim.plugin.runs import WORLD, space_of, starts_of
+from gaitsim_testing.finding import advise, require, require_type, require_unchanged
+from gaitsim_testing.samples import (
+    COUNT,
+    first_difference,
+    same,
+    sample_genomes,
+    select_rows,
+)
+
+KINDS = ("organism",)
+
+FEW, MANY = 3, 100  # sizes of the timed batches; MANY is a usual population
+LONG = 0.2  # a small batch must take this long to estimate the time of a population from it, s
+SLOW = 0.5  # time per further individual, s; 300 generations of 100 individuals take 4 hours
+WHOLE, SPLIT = (12,), (1, 4, 7)  # frames after each command, in one call and in several
+_REAL = "biuf"  # kinds of dtype that are real numbers
+_LENGTHS = 1e-3  # tolerance for the lengths of a rig's segments, relative to the longest one
+
+Set = Callable[..., Organism]
+
+
+@pytest.fixture(scope="session")
+def body(plugin: Any) -> Organism:
+    """The body with its options."""
+    assert isinstance(plugin, Organism)
+    return plugin
+
+
+@pytest.fixture(scope="session")
+def space(entry: Entry, body: Organism) -> GenomeSpace:
+    """The genome space, whose genomes belong to it."""
+    space = space_of(entry, body)
+    labels = len(set(space.labels))
+    require(
+        space.genes >= 1 and labels == space.genes,
+        f"a genome space with {space.genes} genes, {labels} labels",
+        "at least one gene, and a unique label for each",
+        "return a different name for each gene in GenomeSpace.labels",
+    )
+    genomes = space.random(50, np.random.default_rng(2))
+    require(
+        len(genomes) == 50 and space.contains(genomes),
+        f"random genomes of shape {np.shape(genomes)}, dtype {genomes.dtype}, or outside the space",
+        "random genomes that belong to the space",
+        "call repair() at the end of random()",
+    )
+    return space
+
+
+@pytest.fixture(scope="session")
+def genomes(space: GenomeSpace) -> Genomes:
+    """Some genomes, which must not be changed."""
+    return sample_genomes(space)
+
+
+@pytest.fixture(scope="session")
+def motion(entry: Entry, body: Organism, genomes: Genomes) -> Motion:
+    """The motion of the genomes, with valid channels."""
+    with plugin_errors(entry, "moving a population"):
+        motion: Any = body.move(genomes.copy())
+    require_type("move()", motion, Motion)
+    require(
+        isinstance(motion.frame_rate, int | float) and 0 < motion.frame_rate < math.inf,
+        f"a motion with the frame rate {motion.frame_rate!r}",
+        "a frame rate above 0, in Hz",
+        "Motion(frames / seconds, …)",
+    )
+    missing = [name for name in body.channels if name not in motion]
+    require(
+        not missing,
+        f"a motion without {', '.join(missing)}",
+        "a motion with every channel of 'channels'",
+        "add them to the Motion, or remove them from 'channels'",
+    )
+    for name in motion:
+        _check_channel(name, motion[name], body.channels.get(name))
+    return motion  # type: ignore[no-any-return]
+
+
+def _check_channel(name: str, array: Any, channel: Channel | None) -> None:
+    is_array = isinstance(array, np.ndarray)
+    require(
+        is_array and array.dtype.kind in _REAL,
+        f"{name} is {f'of dtype {array.dtype}' if is_array else f'a {type(array).__name__}'}",
+        "an array of real numbers or bool",
+        "use np.asarray(…)",
+    )
+    require(
+        array.shape[:1] == (COUNT,),
+        f"{name} has the shape {array.shape}",
+        f"the first axis (population,) = ({COUNT},)",
+        "use the first axis for the population, and the second for time",
+    )
+    if channel is not None:
+        require(
+            channel.fits(array.shape),
+            f"{name} has the shape {array.shape}",
+            f"the declared axes {channel.shape}, with a population of {COUNT}",
+            "correct the axes in 'channels', or the array",
+        )
+
+
+def test_genome_space(space: GenomeSpace, body: Organism) -> None:
+    """Genomes come only from the generator, and `repair` leaves valid ones unchanged."""
+    advise(
+        isinstance(space, RealSpace | BitSpace),
+        f"the genome space is a {type(space).__name__}",
+        "a RealSpace or a BitSpace, which the installed operators support",
+        "provide a crossover and a mutation with this class in their 'spaces'",
+    )
+    genomes = space.random(50, np.random.default_rng(2))
+    require(
+        same(space.repair(genomes), genomes),
+        "repair() changes valid genomes",
+        "unchanged valid genomes",
+        "make 'repair_bits' return repaired genomes unchanged",
+    )
+    drawn = [one.random(5, np.random.default_rng(3)) for one in (space, space, body.genome_space())]
+    require(
+        same(drawn[0], drawn[1]) and same(drawn[0], drawn[2]),
+        "different genomes from the same generator",
+        "the same genomes for each call of genome_space()",
+        "draw only from the generator 'rng'",
+    )
+
+
+def test_starts(entry: Entry, body: Organism, space: GenomeSpace) -> None:
+    """Start points are valid genomes by printable names."""
+    starts_of(entry, body, space)
+
+
+def test_values(body: Organism, motion: Motion) -> None:
+    """Channels are declared and finite, and axes of the same name are equally long."""
+    undeclared = [name for name in motion if name not in body.channels]
+    advise(
+        not undeclared,
+        f"{', '.join(undeclared)} not declared; no fitness can read them",
+        "a declaration in 'channels', with axes and unit, of each channel of the motion",
+        f"channels = {{…, {undeclared[:1]}: Channel(('frames',), 'm', 'description')}}",
+    )
+    whole = [index for index in range(COUNT) if index not in motion.failures]
+    for name in motion:
+        bad = [i for i in whole if not np.isfinite(motion[name][i]).all()]
+        require(
+            not bad,
+            f"{name} has non-finite values in the individuals {bad}, whose genes are random or at "
+            "their bounds",
+            "finite numbers for each individual that is not in Motion.failures",
+            "prevent overflow and division by 0, or report a reason in Motion.failures",
+        )
+    require(
+        whole,
+        f"all individuals fail: {motion.failures.get(0)}",
+        "at least one individual that does not fail",
+        "narrow the bounds of the genome space",
+    )
+    lengths = {"joints": ("joint_names()", len(body.joint_names()))}
+    for name, channel in body.channels.items():
+        for axis, length in zip(channel.axes, motion[name].shape[1:], strict=True):
+            if isinstance(axis, str):
+                first, expected = lengths.setdefault(axis, (name, length))
+                require(
+                    length == expected,
+                    f"{name} has {length} {axis}",
+                    f"{expected}, as in {first}",
+                    "use the same name only for axes of the same length",
+                )
+
+
+def test_determinism(body: Organism, genomes: Genomes, motion: Motion) -> None:
+    """Motions do not depend on repetition, order, chunks or threads."""
+    everyone = range(len(genomes))
+    whole = select_rows(motion, everyone)
+    argument = genomes.copy()
+    # select_rows reads all channels, and so computes the derived channels.
+    again = select_rows(body.move(argument), everyone)
+    require_unchanged(same(argument, genomes), "move()", "the genomes")
+    name = first_difference(whole, again)
+    require(
+        not name,
+        f"{name} differs when the same genomes move a second time",
+        "the same motion for the same genomes, bit for bit",
+        "draw random numbers only from a seed that is an option, and keep no state",
+    )
+    order = list(reversed(everyone))
+    for how, rows in {"in reverse order": order, "alone": [2], "in a chunk of two": [4, 1]}.items():
+        part = select_rows(body.move(genomes[rows]), range(len(rows)))
+        name = first_difference(select_rows(motion, rows), part)
+        require(
+            not name,
+            f"{name} differs when individuals move {how}",
+            "each individual's motion depends only on its own genome, bit for bit",
+            "use no values of the whole population, such as its mean; a matrix product may "
+            "round differently for a different number of rows",
+        )
+    if body.threads:
+        with ThreadPoolExecutor(2) as pool:
+            parts = [*pool.map(lambda _: select_rows(body.move(genomes.copy()), everyone), order)]
+        name = next(filter(None, (first_difference(whole, part) for part in parts)), "")
+        require(
+            not name,
+            f"{name} differs when two threads move populations concurrently",
+            "the same bits, as 'threads' declares",
+            "keep no state between calls, or remove 'threads = True'",
+        )
+
+
+@pytest.mark.parametrize("place", [0, -1], ids=["first", "last"])
+def test_skeleton(body: Organism, motion: Motion, place: int) -> None:
+    """The skeletons of the first and the last individual can be drawn."""
+    _check_skeleton(body, motion, range(motion.population)[place])
+
+
+def _check_skeleton(body: Organism, motion: Motion, individual: int) -> None:
+    skeleton: Any = body.skeleton(motion, individual)
+    require_type("skeleton()", skeleton, Skeleton)
+    points = [skeleton.segments, skeleton.path]
+    points += [more for more in (skeleton.contacts, skeleton.poses) if more is not None]
+    finite = individual in motion.failures or all(np.isfinite(p).all() for p in points)
+    require(
+        len(skeleton.segments) and skeleton.names and finite and skeleton.frame_rate > 0,
+        f"a skeleton with {len(skeleton.segments)} frames, {len(skeleton.names)} segments, "
+        f"{skeleton.frame_rate} Hz{'' if finite else ', non-finite points'}",
+        "at least one frame and one segment, finite points, a frame rate above 0",
+        "return both ends of each segment in metres, as an array (frames, segments, 2, 3)",
+    )
+    if skeleton.poses is not None and individual not in motion.failures:
+        lengths = np.linalg.norm(skeleton.poses[..., 3:], axis=-1).ravel()
+        length = lengths[np.abs(lengths - 1).argmax()]
+        require(
+            abs(length - 1) <= 1e-3,
+            f"a pose of the skeleton with a quaternion of length {length:.3g}",
+            "unit quaternions (w, x, y, z)",
+            "return the position first, then the quaternion",
+        )
+
+
+def test_rig(body: Organism, motion: Motion) -> None:
+    """The rig, if any, lists the body's joints and the skeleton's parts in order."""
+    check_rig(body, motion)
+
+
+def check_rig(body: Organism, motion: Motion) -> None:
+    """Check the rig of a body in a motion."""
+    rig: Any = body.rig()
+    if rig is None:
+        return
+    require_type("rig()", rig, Rig)
+    skeleton = body.skeleton(motion, 0)
+    for what, names, expected in (
+        ("joints of joint_names()", rig.joints, body.joint_names()),
+        ("segments of the skeleton", rig.names, skeleton.names),
+        ("contact_names of the skeleton", rig.foot_names, skeleton.contact_names),
+        (
+            "solids of the skeleton",
+            tuple(one.name for one in rig.solids),
+            tuple(one.name for one in skeleton.solids),
+        ),
+    ):
+        require(
+            tuple(names) == tuple(expected),
+            f"a rig with {', '.join(names) or 'none'}",
+            f"the {what}, in this order: {', '.join(expected) or 'none'}",
+            "use the same names in the rig and in the skeleton",
+        )
+    if 0 in motion.failures:
+        return
+    ends = np.diff(rig.segments, axis=1), np.diff(np.asarray(skeleton.segments[0], float), axis=1)
+    lengths, shown = (np.linalg.norm(one[:, 0], axis=-1) for one in ends)
+    worst = int(np.abs(lengths - shown).argmax())
+    require(
+        abs(lengths[worst] - shown[worst]) <= _LENGTHS * shown.max(),
+        f"a rig whose segment {rig.names[worst]!r} is {lengths[worst]:.4g} m long",
+        f"segments as long as the skeleton's, {shown[worst]:.4g} m",
+        "return both ends of a segment in the frame of its link",
+    )
+
+
+def test_measures(body: Organism, motion: Motion) -> None:
+    """Each measure has one number per individual."""
+    for name, measure in body.measures(motion).items():
+        require_type(f"measures(), {name}", measure, Measure)
+        require(
+            np.shape(measure.values) == (motion.population,),
+            f"the measure {name} has values of shape {np.shape(measure.values)}",
+            f"(population,) = ({motion.population},)",
+            "return one number per individual",
+        )
+
+
+def test_play(body: Organism, motion: Motion) -> None:
+    """The body can play the joint angles of its own motion."""
+    if not body.can_play or "joint_angles" not in motion:
+        return
+    angles = motion["joint_angles"].copy()
+    lent = angles.copy()
+    played: Any = body.play(lent)
+    require_unchanged(same(lent, angles), "play()", "the joint angles")
+    require_type("play()", played, Motion)
+    shape = np.shape(played["joint_angles"]) if "joint_angles" in played else ()
+    require(
+        shape == angles.shape,
+        f"play() returns the channel joint_angles with the shape {shape}",
+        f"the shape of the argument, {angles.shape}",
+        "add the channel to the Motion",
+    )
+
+
+def test_steering(body: Organism) -> None:
+    """A steered body moves identically however frames are split, and repeats its drive."""
+    check_steering(body)
+
+
+def check_steering(body: Organism) -> None:
+    """Check a steered body with the controllers of its package, if there are any."""
+    controllers, names = body.controllers(), body.controller_names()
+    if not body.commands() or not {*names} <= {*controllers}:
+        return
+    needed = {name: controllers[name] for name in names}
+    try:
+        body.steer(needed)
+    except GaitsimError:  # with these options, the body cannot be steered
+        return
+    (steered, places), (_, parts) = (_steer(body, needed, split) for split in (WHOLE, SPLIT))
+    require(
+        same(places, parts),
+        "the skeleton differs when the frames are split into other calls of advance()",
+        "the same motion for the same commands, bit for bit, however frames are split",
+        "compute frame by frame, and keep all state in the Steered",
+    )
+    if options := steered.drive():
+        again = type(body).model_validate({**dict(body), **options})
+        genome = needed[names[0]][None].copy()
+        drawn = body.skeleton(again.move(genome), 0).segments[-len(places) :]
+        require(
+            same(np.asarray(drawn, places.dtype), places),
+            "the skeleton differs when move() repeats a drive",
+            "the same motion, bit for bit, from move() with the options of drive()",
+            "make the simulation independent of the length of the drive",
+        )
+
+
+def _steer(
+    body: Organism, controllers: dict[str, Genomes], split: Sequence[int]
+) -> tuple[Steered, Array]:
+    """Return a body after all of its commands, and the segments in each frame.
+
+    Args:
+        body: body to steer.
+        controllers: genomes of its controllers by name.
+        split: frames of the calls of `advance` after each command.
+    """
+    steered: Any = body.steer(controllers)
+    require_type("steer()", steered, Steered)
+    found = []
+    for command, frames in product(body.commands(), split):
+        if frames == split[0]:
+            steered.give(command.name)
+        segments = body.skeleton(steered.advance(frames), 0).segments
+        require(
+            len(segments) == frames,
+            f"advance({frames}) returns {len(segments)} frames",
+            f"{frames} frames",
+            "return the new frames alone, without the frame before them",
+        )
+        found.append(segments)
+    return steered, np.concatenate(found)
+
+
+def test_damage(body: Organism, genomes: Genomes, motion: Motion) -> None:
+    """A body without its first leg accepts the genomes of the intact body."""
+    legs = body.leg_joints()
+    if "damage" not in type(body).model_fields or len(legs) < 2 or dict(body).get("damage"):
+        return
+    lost = f"{next(iter(legs))} lost"
+    damaged = type(body).model_validate({**dict(body), "damage": (lost,)})
+    moved = _check_same_shapes(body, damaged, f"with damage = {lost!r}", genomes, motion)
+    _check_skeleton(damaged, moved, 0)
+
+
+def _check_same_shapes(
+    body: Organism, other: Organism, how: str, genomes: Genomes, motion: Motion
+) -> Motion:
+    """Return the motion of a variant of a body, which must have the same genomes and shapes."""
+    drawn = [one.genome_space().random(5, np.random.default_rng(3)) for one in (body, other)]
+    require(
+        same(*drawn),
+        f"a different genome space {how}",
+        "the same genome space",
+        "make genome_space() independent of this option",
+    )
+    moved = other.move(genomes.copy())
+    for name in motion:
+        require(
+            np.shape(moved[name]) == np.shape(motion[name]),
+            f"{name} has the shape {np.shape(moved[name])} {how}",
+            f"the same shape as otherwise, {np.shape(motion[name])}",
+            "keep the frames, joints and feet in the channels",
+        )
+    return moved
+
+
+def test_worlds(body: Organism, genomes: Genomes, motion: Motion) -> None:
+    """Conditions are valid, nominal ones change nothing, and the option `world` is validated."""
+    conditions = body.conditions()
+    for world in body.checks():
+        check_world(world, conditions)
+    if not conditions:
+        return
+    declaration = "dict[str, float] = option({}, WORLD_HELP)"
+    require(
+        WORLD in type(body).model_fields,
+        f"the body has conditions, but no option {WORLD!r}",
+        f"the option {WORLD!r}",
+        f"declare {WORLD}: {declaration}",
+    )
+    for name, one in conditions.items():
+        usual = one.least <= one.low <= one.high <= one.most
+        require(
+            usual and one.least <= one.nominal <= one.most,
+            f"the condition {name} is {one!r}",
+            "low ≤ high, and low, high and nominal between least and most",
+            "correct the condition",
+        )
+
+    def with_world(world: dict[str, float]) -> Organism:
+        return type(body).model_validate({**dict(body), WORLD: world})
+
+    nominal = {name: one.nominal for name, one in conditions.items()}
+    require(
+        same(with_world(nominal | dict(body)[WORLD]).move(genomes.copy()), motion),
+        "a different motion with all nominal values set than with none set",
+        "the same motion",
+        "make sure that nominal values do not change a single bit",
+    )
+    name, one = next(iter(conditions.items()))
+    wrong = [{name: value} for value in (one.least - 1, one.most + 1) if math.isfinite(value)]
+    for world in ({f"no-{name}": one.nominal}, *wrong):
+        try:
+            with_world(world)
+        except (ValidationError, GaitsimError):
+            continue
+        require(
+            False,
+            f"the invalid world {world} is accepted",
+            f"an error for unknown conditions, and for values outside {one.least:g} to "
+            f"{one.most:g} of {name!r}",
+            "call gaitsim.contracts.check_world(self.world, self.conditions()) in a "
+            "@model_validator(mode='after')",
+        )
+    far = {
+        name: one.low if one.low != one.nominal else one.high for name, one in conditions.items()
+    }
+    _check_same_shapes(body, with_world({**far, "seed": 1.0}), "in another world", genomes, motion)
+
+
+def test_speed(body: Organism, space: GenomeSpace, record_property: Callable[..., None]) -> None:
+    """Further individuals are quick; the speed is that of a whole population, if it is not slow."""
+    genomes = sample_genomes(space, MANY)
+    alone = sum(_time_move(body, genomes[one : one + 1]) for one in range(FEW))
+    count, taken = FEW, _time_move(body, genomes[:FEW])
+    # A body that moves whole arrays takes as long for a batch as for one individual. A body that
+    # loops takes as long as for all individuals one by one.
+    loops = taken >= 2 / 3 * alone
+    if not loops or taken < LONG:
+        count, taken = MANY, _time_move(body, genomes)
+    each = taken / count
+    record_property("rate", 1 / max(each, 1e-9))
+    # The fixed cost of a call is subtracted: bodies that move whole arrays have one, too.
+    advise(
+        (taken - alone / FEW) / (count - 1) <= SLOW,
+        f"{each:.2f} s: 300 generations of 100 take {each * 30000 / 3600:.1f} h on one core",
+        f"at most {SLOW} s for each further individual of a population",
+        "move the whole population at once with NumPy, or compile the loop with Numba",
+    )
+
+
+def _time_move(body: Organism, genomes: Genomes) -> float:
+    start = time.perf_counter()
+    body.move(genomes.copy())
+    return time.perf_counter() - start

@@ -1,0 +1,23 @@
+"""What the checks add to the terminal UI."""
+
+from typing import TYPE_CHECKING
+
+from gaitsim.screen import Hidden
+
+if TYPE_CHECKING:
+    from gaitsim.screen import GaitScreen
+
+
+def _check(screen: "GaitScreen") -> None:
+    screen.gaitsim.start_task(("plugins", "check", *screen.plugin))
+
+
+CHECK = Hidden(
+    "check",
+    "c",
+    "Check",
+    "Check that the plugin fulfils its contract",
+    words="test conformance contract verify",
+    on="plugin",
+    show=_check,
+)

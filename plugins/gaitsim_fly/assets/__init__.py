@@ -1,3 +1,0 @@
-"""JavaScript that simulates a fly in a web page, and the order of the scripts."""
-
-SCRIPTS = ("flight.js", "control.js", "steering.js")
