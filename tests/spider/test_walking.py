@@ -11,8 +11,9 @@ from scipy.spatial.transform import Rotation
 from gaitsim.contracts import Motion
 from gaitsim.legged import downward
 from gaitsim_spider import body
+from gaitsim_spider.damage import damaged_anatomy
 from gaitsim_spider.intervals import BLOCK
-from gaitsim_spider.kinematics import leg_points
+from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
 from gaitsim_spider.walking import travel
 
@@ -197,7 +198,10 @@ def test_two_feet_in_one_place_count_once() -> None:
 
 
 def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
-    feet, centre = random_poses(100)
+    angles = np.random.default_rng(0).uniform(-0.35, 0.35, (100, 24, 2)).astype(np.float32)
+    angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
+    feet, centre = np.empty((100, 3, 8, 2), np.float32), np.empty((100, 3, 2), np.float32)
+    place_feet(angles, damaged_anatomy(()).legs, feet, centre)
     for individual in range(100):
         points = feet[individual, :, :, 0].T.astype(float)
         balance = centre[individual, :, 0].astype(float)
