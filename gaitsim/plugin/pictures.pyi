@@ -74,7 +74,6 @@ from gaitsim.render.plots.style import (
     styled as styled,
 )
 from gaitsim.render.scene import THEMES as THEMES, Clip as Clip, Scene as Scene
-from gaitsim.render.scene.camera import Points as Points
 from gaitsim.render.scene.clip import clip_of as clip_of
 from gaitsim.render.scene.solids import surface as surface
 from gaitsim.render.scene.themes import mix as mix
@@ -110,7 +109,6 @@ __all__ = [
     "ParallelAxis",
     "ParallelView",
     "Plan",
-    "Points",
     "RenderSettings",
     "Scene",
     "Signal",

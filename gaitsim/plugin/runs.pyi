@@ -55,7 +55,6 @@ from gaitsim.individual import (
 from gaitsim.optimiser import Optimiser as Optimiser
 from gaitsim.sharing.challenge import Challenge as Challenge, code_of as code_of
 from gaitsim.sharing.code import dictionary as dictionary
-from gaitsim.steering import SteeredDrive as SteeredDrive
 from gaitsim.storage.compare_runs import (
     differences as differences,
     scoring_warning as scoring_warning,
@@ -140,7 +139,6 @@ __all__ = [
     "Run",
     "RunLock",
     "RunSnapshot",
-    "SteeredDrive",
     "Typed",
     "Verdict",
     "Verifier",
