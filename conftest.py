@@ -149,11 +149,11 @@ def pytest_xdist_auto_num_workers():
 
 
 LONGEST = (
-    "tests/conformance/test_all_installed.py",
+    "plugins/gaitsim-testing/tests/test_all_installed.py",
     "tests/docs/test_commands.py",
     "tests/evolution/test_fingerprints.py",
     "tests/test_package.py",
-    "tests/conformance/test_plugin_guide.py",
+    "plugins/gaitsim-testing/tests/test_plugin_guide.py",
 )
 """Files that begin first, as a long one that begins last leaves the other cores idle."""
 

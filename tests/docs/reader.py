@@ -28,7 +28,7 @@ PAGES = [
 HELP = dict(helps())
 FOUND: dict[Path | str, list[Step]] = {path: list(steps(path.read_text())) for path in PAGES}
 FOUND |= {words: list(examples(text)) for words, text in HELP.items()}
-# The guide of plugins is run in an environment of its own: tests/conformance/test_plugin_guide.py.
+# The guide of plugins is run in an environment of its own: test_plugin_guide.py.
 GUIDE = ROOT / "docs" / "plugins.md"
 FOUND = {path: found for path, found in FOUND.items() if found and path != GUIDE}
 
@@ -42,7 +42,7 @@ NOT_RUN = {
     r"robots identify|my_hexapod": "needs recordings of a robot; tests/wire has some",
     r"queue night": "needs runs that wait; tests/cli/test_background.py moves some",
     r" --root \.\./": "needs the folder of a robot's meshes",
-    r"plugins check( --json.*)?$": "takes a minute; tests/conformance checks all plugins",
+    r"plugins check( --json.*)?$": "takes a minute; tests of gaitsim-testing check all plugins",
     r"--pairs --physics": "takes half a minute; pages have each of the two options alone",
     r"study millipede-operators": "takes minutes; benchmarks/study.py runs it",
 }

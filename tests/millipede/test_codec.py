@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from bit_strings import encoded
+from hypothesis import given, settings, strategies as st
 
 from gaitsim_millipede.codec import CODECS
 
@@ -17,6 +18,16 @@ def decoded(codec, genomes):
 def every_pattern(codec):
     """Return all bit patterns of a leg, (patterns, bits)."""
     return np.array(list(np.ndindex((2,) * codec.bits)), dtype=np.uint8)
+
+
+def genomes(codec):
+    return st.integers(1, 9).flatmap(
+        lambda legs: st.lists(
+            st.lists(st.integers(0, 1), min_size=legs * codec.bits, max_size=legs * codec.bits),
+            min_size=1,
+            max_size=5,
+        ).map(lambda rows: np.array(rows, dtype=np.uint8))
+    )
 
 
 @BOTH
@@ -50,6 +61,26 @@ def test_repair_is_the_encoding_of_what_was_decoded(codec):
         if angle == 0:  # −0 keeps its sign bit
             expected = before
         np.testing.assert_array_equal(after, expected)
+
+
+@BOTH
+@settings(max_examples=60)
+@given(data=st.data())
+def test_repair_truncates_only_angles_beyond_20_degrees(codec, data):
+    before = data.draw(genomes(codec))
+    kept = before.copy()
+    after = codec.repair(before)
+    np.testing.assert_array_equal(before, kept)
+    assert after.dtype == np.uint8
+    np.testing.assert_array_equal(codec.repair(after), after)
+    np.testing.assert_array_equal(decoded(codec, after), decoded(codec, before))
+    old, new = (g.reshape(len(g), -1, codec.bits) for g in (before, after))
+    weights = [16, 8, 4, 2, 1]
+    beyond = old[..., -5:] @ weights > 20
+    assert (new[..., -5:] @ weights <= 20).all()
+    np.testing.assert_array_equal(new[~beyond], old[~beyond])
+    if codec.signed:
+        np.testing.assert_array_equal(new[..., 0], old[..., 0])
 
 
 @BOTH

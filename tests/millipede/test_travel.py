@@ -5,8 +5,9 @@ import pytest
 from bit_strings import encoded
 from hypothesis import given, settings, strategies as st
 
+from gaitsim.contracts import Motion
 from gaitsim_millipede.codec import CODECS
-from gaitsim_millipede.fitness import MillipedeTravel, clockwise_motion
+from gaitsim_millipede.fitness import MillipedeTravel, clockwise_motion, forward_motion
 from gaitsim_millipede.organism import Millipede
 
 SIGNED = CODECS["sign-magnitude"]
@@ -33,6 +34,28 @@ def scores(motion):
         direction: float(MillipedeTravel(direction=direction).terms(motion)["travel"][0])
         for direction in DIRECTIONS
     }
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "moved", "turned"),
+    [
+        (0.2, 0.1, 0.1, 0),
+        (0.1, 0.2, 0.1, 0),
+        (-0.2, -0.1, -0.1, 0),
+        (-0.1, -0.2, -0.1, 0),
+        (0.1, -0.2, 0, 0.3),
+        (-0.1, 0.2, 0, -0.3),
+        (0, 0, 0, 0),
+        (0.1, 0, 0, 0),
+        (0, 0.1, 0, 0),
+        (-0.1, 0, 0, 0),
+        (0, -0.1, 0, 0),
+    ],
+)
+def test_two_sides_make_one_motion(left, right, moved, turned):
+    sides = np.array([[left, right]])
+    assert forward_motion(sides)[0] == pytest.approx(moved)
+    assert clockwise_motion(sides)[0] == pytest.approx(turned)
 
 
 @EXAMPLES
@@ -96,6 +119,14 @@ def test_each_direction_has_its_optimum_of_10(pairs, direction, left, right):
     motion = Millipede(pairs=pairs).move(encoded(SIGNED, [left] * pairs + [right] * pairs))
     assert scores(motion)[direction] == 10
     assert sorted(scores(motion).values()) == [-10, 0, 0, 10]
+
+
+def test_no_score_exceeds_10():
+    sides = np.random.default_rng(0).uniform(-1, 1, (1000, 2))
+    for direction in DIRECTIONS:
+        terms = MillipedeTravel(direction=direction).terms(Motion(30.0, {"side_reach": sides}))
+        assert list(terms) == ["travel"]
+        assert (np.abs(terms["travel"]) <= 10).all()
 
 
 @pytest.mark.parametrize("left", [[1, 2, 3, -1, -2, -3], [20, 7, 1, -7, -20, -1], [5, -5] * 3])

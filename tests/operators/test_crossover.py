@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
+from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
@@ -34,6 +35,14 @@ def _from_father(crossover, genes, pairs=PAIRS, seed=0):
     mothers = np.zeros((pairs, genes), dtype=np.uint8)
     children = crossover.cross(mothers, mothers + 1, _bits(genes), np.random.default_rng(seed))
     return children.reshape(crossover.children, pairs, genes).astype(bool)
+
+
+def test_single_point_has_one_child_per_pair_by_default_and_others_two():
+    assert SinglePoint().children == 1
+    for crossover in (TwoPoint(), Uniform(), Blend(), SimulatedBinary(), NoCrossover()):
+        assert crossover.children == 2
+    with pytest.raises(ValidationError):
+        SinglePoint(children=3)
 
 
 @pytest.mark.parametrize("crossover", [SinglePoint, TwoPoint, Uniform, NoCrossover])

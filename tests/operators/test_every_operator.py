@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from gaitsim.contracts import BitSpace, GenomeSpace, RealSpace
+from gaitsim.contracts import BitSpace, Crossover, GenomeSpace, Mutation, RealSpace, Selection
 from gaitsim.errors import PluginError
 from gaitsim_operators.mutation import NoMutation
 
+KINDS = {"selection": Selection, "crossover": Crossover, "mutation": Mutation}
 REALS = st.floats(-1e6, 1e6)
 
 
@@ -68,6 +69,22 @@ def spaces(draw, kinds: tuple[type[GenomeSpace], ...]) -> GenomeSpace:
 def all_scores(draw) -> np.ndarray:
     score = st.one_of(st.just(-np.inf), st.sampled_from([0.0, 1.0]), REALS)
     return np.array(draw(st.lists(score, min_size=1, max_size=40)))
+
+
+@pytest.mark.parametrize(("kind", "count"), [("selection", 6), ("crossover", 6), ("mutation", 6)])
+def test_operators_are_found_and_have_default_options(kind, count):
+    entries = [entry for entry in _entry_points(kind) if "gaitsim_operators" in entry.value]
+    assert len(entries) == count
+    for entry in entries:
+        assert isinstance(entry.load()(), KINDS[kind])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_option_has_a_description(kind):
+    for entry in _entry_points(kind):
+        for name, field in entry.load().model_fields.items():
+            assert field.description, f"{entry.name}.{name}"
+            assert not field.is_required(), f"{entry.name}.{name}"
 
 
 @pytest.mark.parametrize("operator", _parameters("selection"))
@@ -183,3 +200,11 @@ def test_crossovers_of_real_numbers_refuse_bits(operator):
     genomes = space.random(4, np.random.default_rng(0))
     with pytest.raises(PluginError, match="genomes of the kind 'bit'"):
         operator().cross(genomes, genomes, space, np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("operator", _parameters("mutation", only=RealSpace))
+def test_mutations_of_real_numbers_refuse_bits(operator):
+    space = BitSpace(_labels(3))
+    genomes = space.random(4, np.random.default_rng(0))
+    with pytest.raises(PluginError, match="genomes of the kind 'bit'"):
+        operator().mutate(genomes, space, np.random.default_rng(0))

@@ -5,6 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 from hypothesis import given, strategies as st
+from pydantic import ValidationError
 from scipy import stats
 
 from gaitsim.contracts import BitSpace, RealSpace
@@ -46,6 +47,20 @@ def test_each_gene_mutates_with_the_rate(mutation, rate):
     assert stats.chisquare(changed.sum(axis=0)).pvalue > 1e-3
 
 
+def test_the_number_of_mutations_is_binomial():
+    genomes = np.tile(MIDDLE, (25, 1))
+    mutation = Gaussian(rate=0.1)
+    counts = [
+        (mutation.mutate(genomes, SPACE, np.random.default_rng(seed)) != genomes).sum()
+        for seed in range(3000)
+    ]
+    binomial = stats.binom(100, 0.1)
+    edges = np.arange(5, 17)
+    observed = np.bincount(np.searchsorted(edges, counts), minlength=len(edges) + 1)
+    chances = np.diff(np.concatenate(([0], binomial.cdf(edges), [1])))
+    assert stats.chisquare(observed, chances * 3000).pvalue > 1e-3
+
+
 @pytest.mark.parametrize("sigma", [0.01, 0.1, 2.0])
 def test_gaussian_changes_are_normal_in_widths_of_the_gene(sigma):
     genomes = np.tile(MIDDLE, (5000, 1))
@@ -66,6 +81,12 @@ def test_gaussian_decays_from_generation_to_generation():
     assert deviation == pytest.approx(0.2 * 0.9**10, rel=0.01)
     still = mutation.at(100_000).mutate(genomes, SPACE, np.random.default_rng(3))
     np.testing.assert_array_equal(still, genomes)
+
+
+def test_options_out_of_bounds_are_refused():
+    for options in ({"rate": -0.1}, {"rate": 1.1}, {"sigma": 0.0}, {"decay": 1.01}, {"decay": 0.0}):
+        with pytest.raises(ValidationError):
+            Gaussian(**options)
 
 
 def test_reset_genes_are_distributed_as_in_the_space():

@@ -198,6 +198,13 @@ def test_drop_worst_pairs_at_random():
     _assert_uniform_distinct_pairs(np.array(drawn), set(range(8)) - {int(RANKING[-1])})
 
 
+def test_drop_worst_shuffles_each_round():
+    scores = np.arange(31.0)
+    first, second = DropWorst().parents(scores, 30, np.random.default_rng(9)).reshape(2, 30)
+    assert sorted(first) == sorted(second)
+    assert (first != second).any()
+
+
 def test_drop_worst_refuses_an_odd_number_of_parents() -> None:
     assert "79 of 80" in DropWorst().objection(80, 1, 2)
     assert DropWorst().objection(79, 1, 2) == ""

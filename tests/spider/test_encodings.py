@@ -107,6 +107,30 @@ def test_the_recurrence_has_no_alternating_form() -> None:
         Spider(encoding="recurrence", symmetry="alternating")
 
 
+def test_cpg_starts_smoothly_from_standing_still() -> None:
+    angles = angles_of(Spider(encoding="cpg"))
+    assert np.abs(angles[:, 0]).max() == 0
+    assert np.abs(angles[:, 1]).max() < math.radians(0.5)
+
+
+def test_cpg_settles_on_the_lags_and_amplitudes_of_its_genes() -> None:
+    spider = Spider(encoding="cpg", frequency=1.0)
+    genomes = spider.genome_space().random(5, np.random.default_rng(3))
+    angles = spider.move(genomes)["joint_angles"]
+    cycle = np.exp(-2j * np.pi * np.arange(30) / 30)
+    # The fundamental frequency of the last stride, for each joint.
+    wave = np.einsum("pfj,f->pj", angles[:, -30:], cycle) * 2 / 30
+    amplitude, leg_phase, lag = np.split(genomes, [24, 32], axis=1)
+    np.testing.assert_allclose(np.abs(wave), amplitude, atol=1e-3)
+    lags = np.zeros((5, 8, 3))
+    lags[:, :, 1:] = lag.reshape(5, 8, 2)
+    expected = (leg_phase[:, :, None] + lags).reshape(5, 24)
+    relative = np.exp(1j * (np.angle(wave) - expected))
+    # The phases follow the genes relative to the first leg; a common shift is allowed.
+    drift = np.angle(relative / relative[:, :1])
+    np.testing.assert_allclose(drift[amplitude > 0.02], 0, atol=0.02)
+
+
 @pytest.mark.parametrize("name", ENCODINGS)
 def test_spaces_have_48_named_genes(name: str) -> None:
     space = Spider(encoding=name).genome_space()

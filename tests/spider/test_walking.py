@@ -15,8 +15,9 @@ from gaitsim_spider.damage import damaged_anatomy
 from gaitsim_spider.intervals import BLOCK
 from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
-from gaitsim_spider.walking import travel
+from gaitsim_spider.walking import STANCE_TOLERANCE, travel
 
+INTACT = damaged_anatomy(()).legs
 FEET = np.zeros((8, 3))
 FEET[:, 0] = [0.16, 0.056, -0.056, -0.16] * 2
 FEET[:, 1] = [0.155, 0.186, 0.186, 0.155, -0.155, -0.186, -0.186, -0.155]
@@ -44,6 +45,16 @@ def walked(
         *out.values(),
     )
     return {name: values.T for name, values in out.items()}
+
+
+@pytest.mark.slow
+def test_feet_that_move_straight_back_carry_the_body_straight_forward() -> None:
+    feet = np.repeat(FEET[None], 31, axis=0)
+    feet[:, :, 0] -= 0.001 * np.arange(31)[:, None]
+    result = walked(feet)
+    np.testing.assert_allclose(result["pose"][-1], [0.03, 0, 0], atol=1e-6)
+    assert result["stance"].all()
+    assert result["slip"].max() < 1e-7
 
 
 def test_feet_that_turn_right_turn_the_body_left_about_its_centre() -> None:
@@ -103,6 +114,40 @@ def test_standing_has_no_slope_and_the_margin_of_its_hull() -> None:
     assert result["slope"].max() < 1e-6
     hull = ConvexHull(FEET[:, :2])
     np.testing.assert_allclose(result["margin"][0], -hull.equations[:, 2].max(), rtol=1e-4)
+
+
+def test_a_centre_outside_its_support_has_a_negative_margin() -> None:
+    feet = np.repeat(FEET[None], 2, axis=0)
+    feet[:, [0, 1], 2] += 0.02  # front left feet are up
+    centre = np.repeat([[0.12, 0.12, 0.0]], 2, axis=0)
+    margin = walked(feet, centre)["margin"][0]
+    assert margin < 0 or walked(feet, centre)["stance"][0, [0, 1]].any()
+
+
+def random_poses(count: int) -> tuple[np.ndarray, np.ndarray]:
+    angles = np.random.default_rng(0).uniform(-0.35, 0.35, (count, 24, 2)).astype(np.float32)
+    angles[..., 1] = angles[..., 0]  # standing: equal poses at both ends of the interval
+    feet, centre = np.empty((count, 3, 8, 2), np.float32), np.empty((count, 3, 2), np.float32)
+    place_feet(angles, INTACT, feet, centre)
+    return feet, centre
+
+
+def test_the_resting_plane_is_the_lower_hull_under_the_centre() -> None:
+    """The reference is SciPy's convex hull of the feet in random poses."""
+    feet, centre = random_poses(100)
+    for individual in range(100):
+        points = feet[individual, :, :, 0].T.astype(float)
+        balance = centre[individual, :, 0].astype(float)
+        result = walked(np.repeat(points[None], 2, axis=0), np.repeat(balance[None], 2, axis=0))
+        hull = ConvexHull(points)
+        below = hull.equations[hull.equations[:, 2] < -1e-9]  # facets that face down
+        heights = -(below[:, :2] @ balance[:2] + below[:, 3]) / below[:, 2]
+        facet = below[np.argmax(heights)]  # the lower hull is the highest of its planes
+        np.testing.assert_allclose(result["slope"][0], np.arccos(-facet[2]), atol=2e-3)
+        distance = -(points @ facet[:3] + facet[3])
+        clear = np.abs(distance - STANCE_TOLERANCE) > 1e-5
+        expected = distance < STANCE_TOLERANCE
+        np.testing.assert_array_equal(result["stance"][0][clear], expected[clear])
 
 
 @pytest.mark.sampled
@@ -220,6 +265,16 @@ def test_the_margin_is_the_distance_to_the_hull_of_the_stance_feet() -> None:
         np.testing.assert_allclose(result["margin"][0], expected, atol=2e-5)
 
 
+def test_chunks_and_other_individuals_do_not_change_any_bit() -> None:
+    spider = Spider()
+    genomes = spider.genome_space().random(7, np.random.default_rng(1))
+    whole = spider.move(genomes)
+    for index in range(7):
+        alone = spider.move(genomes[index : index + 1])
+        for channel in spider.channels:
+            np.testing.assert_array_equal(alone[channel][0], whole[channel][index])
+
+
 def test_feet_are_those_of_an_independent_rigid_body_model() -> None:
     pytest.importorskip("mujoco")
     from rigid_body import feet as independent
@@ -254,6 +309,17 @@ def test_the_centre_of_mass_is_the_mean_of_the_segments_middles() -> None:
 
 def test_the_neutral_pose_stands_at_the_published_height() -> None:
     assert pytest.approx(0.0862, abs=5e-5) == body.STANDING_HEIGHT
+
+
+def test_a_mirrored_gait_gives_a_mirrored_walk() -> None:
+    spider = Spider()
+    genomes = spider.genome_space().random(5, np.random.default_rng(8))
+    groups = np.split(genomes, [24, 32], axis=1)
+    sides = np.concatenate(
+        [np.roll(group, group.shape[1] // 2, axis=1) for group in groups], axis=1
+    )
+    pose, mirrored = spider.move(genomes)["pose"], spider.move(sides)["pose"]
+    np.testing.assert_allclose(mirrored, pose * [1, -1, -1], atol=1e-4)
 
 
 @pytest.mark.parametrize("encoding", ["sine", "recurrence"])
