@@ -48,11 +48,6 @@ def data_frame(columns: Mapping[str, NDArray[Any]]) -> DataFrame:
     return pandas.DataFrame(dict(columns))
 
 
-def motion_frame(individual: Individual) -> DataFrame:
-    """Return all channels of a motion as a DataFrame; see `Individual.to_pandas`."""
-    return data_frame(motion_columns(individual))
-
-
 def plot(
     kind: str,
     shown: RunSnapshot | Individual,
@@ -241,7 +236,7 @@ class InspectedIndividual(Individual):
             GaitsimError: pandas is not installed.
             PluginError: the body cannot be moved.
         """
-        return motion_frame(self)
+        return data_frame(motion_columns(self))
 
 
 InspectedIndividual.__name__ = "Individual"  # as users know it, in representations

@@ -19,7 +19,6 @@ from gaitsim.experiment import (
     WORLD,
     Experiment,
     Overrides,
-    load_experiment,
     parse_experiment,
     with_overrides,
 )
@@ -191,11 +190,6 @@ def made_by_hand(experiment: Experiment) -> Genomes | None:
         return None
     with plugin_errors(experiment.entries["organism"], "returning its start points"):
         return next(iter(experiment.organism.starts().values()), None)
-
-
-def preset_drive(name: str) -> "SteeredDrive":
-    """Return the body of a preset at its start, with the controllers of its package."""
-    return create_drive(load_experiment(name), {})
 
 
 def create_drive(experiment: Experiment, replaced: Mapping[str, str]) -> "SteeredDrive":

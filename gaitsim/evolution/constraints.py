@@ -12,8 +12,6 @@ Lagrangian constraint handling"; Dufossé and Hansen 2021, "Augmented Lagrangian
 and surrogate modeling for constrained optimization with CMA-ES". The coefficients adapt as in
 `ConstrainedFitnessAL` of pycma 4.5, for a score that is maximised.
 
-The coefficients are arrays in the state of the search, with a prefix, so that every checkpoint
-stores them.
 """
 
 from collections.abc import Mapping
@@ -23,10 +21,9 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, Members, Results, State
-from gaitsim.evolution.context import CheckedContext, check_state
+from gaitsim.contracts import Genomes, Results, State
+from gaitsim.evolution.context import CheckedContext, WrappedSearch, check_state
 from gaitsim.evolution.transferability import rows_of
-from gaitsim.experiment import Experiment
 from gaitsim.portable import power
 
 Floats = NDArray[np.float64]
@@ -210,14 +207,13 @@ def _quartile_range(values: Floats) -> Floats:
     return np.asarray(found[1] - found[0])
 
 
-class ConstrainedSearch:
+class ConstrainedSearch(WrappedSearch):
     """A search that sees penalised scores; it has the methods of `Search`.
 
     The state is that of the inner search, with the coefficients of the penalties.
     """
 
-    def __init__(self, experiment: Experiment) -> None:
-        self._experiment, self._search = experiment, experiment.search
+    prefix = PREFIX
 
     def initial(self, context: CheckedContext) -> State:
         """Return the state before the first generation."""
@@ -228,7 +224,7 @@ class ConstrainedSearch:
         self, state: State, last: Results | None, context: CheckedContext
     ) -> tuple[Genomes, State]:
         """Return the genomes of a generation, and the state for `tell`."""
-        found, before = Lagrangian.of(state), _without(state)
+        found, before = Lagrangian.of(state), self._inner(state)
         if last is not None:
             last = self._penalised(found, last)
         genomes, after = self._search.ask(before, last, context)
@@ -236,7 +232,7 @@ class ConstrainedSearch:
 
     def tell(self, state: State, results: Results, context: CheckedContext) -> State:
         """Return the state after a generation, with adapted penalties."""
-        found, before = Lagrangian.of(state), _without(state)
+        found, before = Lagrangian.of(state), self._inner(state)
         genomes = self._search.remembered(before)
         genomes = results.genomes[:0] if genomes is None else genomes
         # The penalties have changed, so earlier scores cannot be compared with new ones.
@@ -259,11 +255,11 @@ class ConstrainedSearch:
 
     def remembered(self, state: State) -> Genomes | None:
         """Return the genomes that the inner search remembers."""
-        return self._search.remembered(_without(state))
+        return self._search.remembered(self._inner(state))
 
     def rescored(self, state: State, results: Results, context: CheckedContext) -> State:
         """Return the state with new scores of the genomes in `remembered`."""
-        found, before = Lagrangian.of(state), _without(state)
+        found, before = Lagrangian.of(state), self._inner(state)
         if len(results.genomes):
             found = found.keep(results.genomes, results.genomes, *self._values(results))
             results = self._penalised(found, results)
@@ -271,28 +267,17 @@ class ConstrainedSearch:
 
     def figures(self, state: State) -> Mapping[str, float]:
         """Return the figures of the inner search, and the share of feasible individuals."""
-        return {
-            **self._search.figures(_without(state)),
-            "feasible share": float(Lagrangian.of(state).feasible),
-        }
-
-    def members(self, state: State) -> Members | None:
-        """Return the members of the inner search."""
-        return self._search.members(_without(state))
-
-    def finished(self, state: State) -> str:
-        """Return why the inner search ends, or ''."""
-        return self._search.finished(_without(state))
+        return {**super().figures(state), "feasible share": float(Lagrangian.of(state).feasible)}
 
     def mismatch(self, state: State, context: CheckedContext) -> str:
         """Return why a stored state does not fit; '' if it does."""
-        if wrong := self._search.mismatch(_without(state), context):
+        if wrong := self._search.mismatch(self._inner(state), context):
             return wrong
         found, number = Lagrangian.of(state), len(self._experiment.constraints.names)
         columns = (found.multipliers, found.weights, found.initialised, found.streaks)
         if any(one.shape != (number,) for one in columns) or found.recent.shape[1:] != (number,):
             return f"its penalties are not those of {number} constraints"
-        genomes = self._search.remembered(_without(state))
+        genomes = self._search.remembered(self._inner(state))
         kept = 0 if genomes is None else len(genomes)
         if found.kept_scores.shape != (kept,) or found.kept_violations.shape != (kept, number):
             return f"it does not have the values of {kept} remembered genomes"
@@ -308,7 +293,3 @@ class ConstrainedSearch:
         scores = np.asarray(results.values["score"])
         failed = ~(np.isfinite(violations).all(axis=1) & np.isfinite(scores))
         return np.where(failed, -np.inf, scores), violations
-
-
-def _without(state: State) -> State:
-    return {name: values for name, values in state.items() if not name.startswith(PREFIX)}

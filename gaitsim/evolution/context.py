@@ -3,12 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import BitSpace, Context, Crossover, Genomes, GenomeSpace, State
+from gaitsim.contracts import BitSpace, Context, Crossover, Genomes, GenomeSpace, Members, State
 from gaitsim.contracts.search import BODY_STARTS, NO_STARTS, RANDOM_START, STATE_DTYPES
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import Experiment
@@ -190,6 +190,38 @@ def context(
         experiment=experiment,
         redrawn=redrawn,
     )
+
+
+class WrappedSearch:
+    """A search around that of an experiment; subclasses add the other methods of `Search`.
+
+    The state is that of the inner search, with arrays of its own, so that every checkpoint stores
+    them.
+
+    Attributes:
+        prefix: prefix of the names of these arrays.
+    """
+
+    prefix: ClassVar[str]
+
+    def __init__(self, experiment: Experiment) -> None:
+        self._experiment, self._search = experiment, experiment.search
+
+    def _inner(self, state: State) -> State:
+        """Return the state of the inner search."""
+        return {name: one for name, one in state.items() if not name.startswith(self.prefix)}
+
+    def finished(self, state: State) -> str:
+        """Return why the inner search ends the run, or ''."""
+        return self._search.finished(self._inner(state))
+
+    def figures(self, state: State) -> Mapping[str, float]:
+        """Return the figures of the inner search."""
+        return self._search.figures(self._inner(state))
+
+    def members(self, state: State) -> Members | None:
+        """Return the members of the inner search."""
+        return self._search.members(self._inner(state))
 
 
 def check_state(experiment: Experiment, state: State) -> State:

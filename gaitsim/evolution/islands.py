@@ -141,12 +141,6 @@ def _epochs(
     ]
 
 
-def epoch_end(experiment: Experiment, first: int) -> int:
-    """Return the number of the last generation before the next migration, at least `first`."""
-    every = experiment.islands.every
-    return min(-(-first // every) * every, max(experiment.evolution.generations, first))
-
-
 def evolve_epoch(experiment: Experiment, task: Epoch) -> list[EvaluatedPopulation]:
     """Evolve one island for an epoch; this function runs on a worker.
 
@@ -183,7 +177,9 @@ def parallel_epoch(
     Returns:
         The genomes of all islands and their evaluation, for each generation.
     """
-    tasks = _epochs(experiment, genomes, scores, first, epoch_end(experiment, first))
+    every, planned = experiment.islands.every, experiment.evolution.generations
+    last = min(-(-first // every) * every, max(planned, first))  # before the next migration
+    tasks = _epochs(experiment, genomes, scores, first, last)
     return [
         (
             np.concatenate([population for population, _ in islands]),

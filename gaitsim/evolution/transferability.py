@@ -7,9 +7,6 @@ Source: Koos, Mouret and Doncieux 2013, "The transferability approach: crossing 
 evolutionary robotics". The disparity between simulation and reality is learnt by Kriging over a few
 features of behaviour. The individual to test is the one whose behaviour differs most from that of
 the individuals tested before. Here, the disparity is the absolute difference between the scores.
-
-The data of the model are arrays in the state of the search, with a prefix, so that every checkpoint
-stores them.
 """
 
 import math
@@ -20,10 +17,10 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Array, Genomes, GenomeSpace, Members, Results, State
+from gaitsim.contracts import Array, Genomes, GenomeSpace, Results, State
 from gaitsim.evaluation import evaluate
 from gaitsim.evaluation.worlds import in_reality
-from gaitsim.evolution.context import CheckedContext, check_state
+from gaitsim.evolution.context import CheckedContext, WrappedSearch, check_state
 from gaitsim.experiment import FEATURES, TRANSFERABILITY, Experiment
 from gaitsim.gaussian_process import posterior
 from gaitsim.portable import distances
@@ -176,14 +173,13 @@ class RealityTests:
         return np.where(np.isnan(found), 0.0, found)
 
 
-class TransferabilitySearch:
+class TransferabilitySearch(WrappedSearch):
     """A search whose individuals are tested in reality; it has the methods of `Search`.
 
     The state is that of the inner search, with the arrays of the tests.
     """
 
-    def __init__(self, experiment: Experiment) -> None:
-        self._experiment, self._search = experiment, experiment.search
+    prefix = PREFIX
 
     def initial(self, context: CheckedContext) -> State:
         """Return the state before the first generation."""
@@ -193,7 +189,7 @@ class TransferabilitySearch:
         self, state: State, last: Results | None, context: CheckedContext
     ) -> tuple[Genomes, State]:
         """Return the genomes of a generation, and the state for `tell`."""
-        tests, before = _split(state)
+        tests, before = self._split(state)
         if last is not None:
             last = with_predictions(self._experiment, tests, last)
         genomes, after = self._search.ask(before, last, context)
@@ -201,7 +197,7 @@ class TransferabilitySearch:
 
     def tell(self, state: State, results: Results, context: CheckedContext) -> State:
         """Return the state after a generation, and after a test in reality if one is due."""
-        tests, before = _split(state)
+        tests, before = self._split(state)
         rng = deepcopy(context.rng)
         seen = with_predictions(self._experiment, tests, results)
         after = check_state(self._experiment, self._search.tell(before, seen, context))
@@ -219,7 +215,7 @@ class TransferabilitySearch:
 
     def remembered(self, state: State) -> Genomes | None:
         """Return the genomes that the inner search remembers, followed by those tested."""
-        tests, before = _split(state)
+        tests, before = self._split(state)
         kept = self._kept(before)
         return np.concatenate([kept, tests.genomes]) if len(kept) else None
 
@@ -228,7 +224,7 @@ class TransferabilitySearch:
 
         The tests in reality are costly, and are not repeated if only the worlds were redrawn.
         """
-        tests, before = _split(state)
+        tests, before = self._split(state)
         if not len(results.genomes):
             return _joined(self._search.rescored(before, results, context), tests)
         count = len(results.genomes) - tests.count
@@ -241,25 +237,20 @@ class TransferabilitySearch:
         tests, _ = with_kept_values(tests, kept, self._kept(after))
         return _joined(after, tests)
 
-    def finished(self, state: State) -> str:
-        """Return why the inner search ends the run, or ''."""
-        return self._search.finished(_split(state)[1])
-
-    def figures(self, state: State) -> Mapping[str, float]:
-        """Return the figures of the inner search."""
-        return self._search.figures(_split(state)[1])
-
-    def members(self, state: State) -> Members | None:
-        """Return the members of the inner search."""
-        return self._search.members(_split(state)[1])
-
     def mismatch(self, state: State, context: CheckedContext) -> str:
         """Return why a stored state does not fit; '' if it does."""
         tests = RealityTests.of(state)
-        wrong = self._search.mismatch(_without_tests(state), context)
+        wrong = self._search.mismatch(self._inner(state), context)
         if wrong or tests is None:
             return wrong or "it lacks the tests in reality"
         return tests.mismatch(context.space.genes)
+
+    def _split(self, state: State) -> tuple[RealityTests, State]:
+        """Return the tests and the state of the inner search."""
+        tests = RealityTests.of(state)
+        if tests is None:
+            raise ValueError("the state lacks the tests in reality")
+        return tests, self._inner(state)
 
     def _kept(self, state: State) -> Genomes:
         """Return the genomes that the inner search remembers, (genomes, genes)."""
@@ -268,18 +259,6 @@ class TransferabilitySearch:
         if genomes is None:
             return self._experiment.space().random(0, np.random.default_rng(0))
         return genomes
-
-
-def _split(state: State) -> tuple[RealityTests, State]:
-    """Return the tests and the state of the inner search."""
-    tests = RealityTests.of(state)
-    if tests is None:
-        raise ValueError("the state lacks the tests in reality")
-    return tests, _without_tests(state)
-
-
-def _without_tests(state: State) -> State:
-    return {name: values for name, values in state.items() if not name.startswith(PREFIX)}
 
 
 def _joined(state: State, tests: RealityTests) -> State:

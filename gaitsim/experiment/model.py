@@ -320,14 +320,13 @@ class Experiment(ReprMixin):
         return tuple(kind for kind in KINDS if kind in self.entries)
 
     @property
-    def in_python(self) -> tuple[PythonEntry, ...]:
-        """Entries of functions and classes passed in Python instead of provided by a package."""
-        return tuple(one for one in self.entries.values() if isinstance(one, PythonEntry))
-
-    @property
     def outside(self) -> tuple[PythonEntry, ...]:
         """Entries with a user's code, without which files cannot reproduce the experiment."""
-        return tuple(entry for entry in self.in_python if is_outside(entry.name))
+        return tuple(
+            entry
+            for entry in self.entries.values()
+            if isinstance(entry, PythonEntry) and is_outside(entry.name)
+        )
 
     @property
     def body_outside(self) -> bool:

@@ -12,7 +12,7 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Unpack
 
 from gaitsim.errors import GaitsimError, RunError, error_from_dict
 from gaitsim.experiment import Overrides, Typed
@@ -79,7 +79,10 @@ def start_detached(
     arguments = [
         *([f"--generations={generations}"] if generations is not None else []),
         *([f"--workers={workers}"] if workers is not None else []),
-        *(f"--set={key}={_as_typed(value)}" for key, value in overrides.items()),
+        *(
+            f"--set={key}={value if isinstance(value, Typed) else text(value)}"
+            for key, value in overrides.items()
+        ),
         *(["--paused"] if paused else []),
         *(["--any-version"] if options.get("any_version") else []),
     ]
@@ -173,11 +176,6 @@ def _signal(found: BackgroundProcess, number: signal.Signals) -> None:
         process = psutil.Process(found.pid)
         if abs(process.create_time() - found.started) < SAME_START:
             process.send_signal(number)
-
-
-def _as_typed(value: Any) -> str:
-    """Return a value in the syntax of `--set`."""
-    return value if isinstance(value, Typed) else text(value)
 
 
 class RunProcess:
@@ -318,10 +316,6 @@ class RunProcess:
             await asyncio.sleep(CONNECT_PERIOD)
         return None
 
-    def _close_writer(self) -> None:
-        if self._writer is not None:
-            self._writer.close()
-
     async def _read(self, reader: asyncio.StreamReader | None) -> None:
         """Read snapshots until the run ends; reconnect if the connection breaks."""
         while reader is not None and not self.last.ended:
@@ -330,7 +324,8 @@ class RunProcess:
                 async for line in reader:
                     if not self._disconnected:
                         self._accept(read_snapshot(line, self.last))
-            self._close_writer()
+            if self._writer is not None:
+                self._writer.close()
             if self._disconnected:
                 return
             if not self.last.ended:

@@ -12,6 +12,7 @@ from gaitsim.choices import Axis, Quantity
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import ExperimentOutline
 from gaitsim.registry.options import PLUGIN
+from gaitsim.storage.files.history import best_generation
 from gaitsim.storage.growing import HistoryBuffer, RunFollower
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.stages import SCORING
@@ -126,11 +127,8 @@ class ComparedRun:
     @property
     def champion(self) -> int | None:
         """Generation of the best score; None without a finite score."""
-        scores = self.history["best"][self.first_comparable - 1 :] if self.history else np.empty(0)
-        if not np.isfinite(scores).any():
-            return None
-        return self.first_comparable + int(
-            np.argmax(np.where(np.isfinite(scores), scores, -np.inf))
+        return (
+            best_generation(self.history["best"], self.first_comparable) if self.history else None
         )
 
     def best_within(self, evaluations: float) -> float:

@@ -55,6 +55,7 @@ from gaitsim.storage.files.folder import (
     unfinished_error,
 )
 from gaitsim.storage.files.history import (
+    best_generation,
     best_terms,
     figures_of,
     header,
@@ -423,12 +424,9 @@ class RunSnapshot:
     @property
     def best_generation(self) -> int | None:
         """The generation of the champion; None before the first, or if all individuals failed."""
-        scores = (
-            self.history["best"][self.first_comparable - 1 :] if self.checkpoint else np.empty(0)
-        )
-        if not np.isfinite(scores).any():
+        if self.checkpoint is None:
             return None
-        return self.first_comparable + int(np.argmax(scores))
+        return best_generation(self.history["best"], self.first_comparable)
 
     @cached_property
     def members(self) -> Members | None:

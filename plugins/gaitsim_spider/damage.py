@@ -32,6 +32,9 @@ class LegData(NamedTuple):
     hips: NDArray[np.float32]
 
 
+Legs = LegData  # its name in kernels that earlier versions cached
+
+
 @dataclass(frozen=True, eq=False)
 class SpiderAnatomy:
     """The anatomy of a body with its damage.

@@ -230,6 +230,12 @@ def read_history(path: Path, most: int | None = None) -> Columns:
     return read_table(path, most, parse_history)
 
 
+def best_generation(scores: NDArray[np.float64], first: int) -> int | None:
+    """Return the generation of the highest score from generation `first`; None if all failed."""
+    found = scores[first - 1 :]
+    return first + int(np.argmax(found)) if np.isfinite(found).any() else None
+
+
 def best_terms(columns: Mapping[str, NDArray[np.float64]], generation: int) -> dict[str, float]:
     """Return the terms of a generation's best score; terms of other stages, NaN, are omitted."""
     found = {name: float(columns[name][generation - 1]) for name in terms_of(columns)}

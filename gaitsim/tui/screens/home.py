@@ -23,6 +23,7 @@ from gaitsim.tui.screens.base import PaletteCommand, RunChoice
 from gaitsim.tui.screens.run_actions import RunActions
 
 if TYPE_CHECKING:
+    from gaitsim.steering import SteeredDrive
     from gaitsim.storage.growing import RunsWatcher
     from gaitsim.storage.overview import Overview
     from gaitsim.storage.query import Query
@@ -382,11 +383,14 @@ other terminals.
         yield from super().palette()
 
     def _steer(self, name: str) -> None:
-        from gaitsim.steering import preset_drive
+        from gaitsim.experiment import load_experiment
+        from gaitsim.steering import create_drive
         from gaitsim.storage.files.folder import command
 
-        line = command("steer", name)
-        self.show_screen("steering.Steering", partial(preset_drive, name), line)
+        def drive() -> SteeredDrive:
+            return create_drive(load_experiment(name), {})
+
+        self.show_screen("steering.Steering", drive, command("steer", name))
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
         if action == "back":

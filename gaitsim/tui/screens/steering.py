@@ -40,7 +40,7 @@ SHORT = 3.0  # s; nobody is asked to save less of a drive
 SIGNS = {"up": "↑", "down": "↓", "left": "←", "right": "→", "space": "␣"}
 
 
-class SteeredCanvas(BodyCanvas, can_focus=False):
+class SteeredBody(BodyCanvas, can_focus=False):
     """A steered body, seen by a camera that turns with it.
 
     Attributes:
@@ -116,7 +116,7 @@ class PathPlan(Cells):
         self._turned, self._length = 0.0, 1.0
 
     def show(self, drive: SteeredDrive, turned: float) -> None:
-        """Show the path of a body; `turned` as in `SteeredCanvas.show`."""
+        """Show the path of a body; `turned` as in `SteeredBody.show`."""
         self._path, self._turned = drive.path, turned
         self._length = drive.size
         self.redraw()
@@ -194,7 +194,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self._curve: list[tuple[float, float]] = []
         self._said = ""
         self.sub_title = "steering"
-        self.body = SteeredCanvas("preparing the body …")
+        self.body = SteeredBody("preparing the body …")
         self.plan = PathPlan()
         self.curve = CurvePlot("seconds", "", CurveView())
 
