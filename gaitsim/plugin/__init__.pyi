@@ -95,6 +95,7 @@ from gaitsim.errors import (
     PluginError as PluginError,
     RunError as RunError,
     nearest as nearest,
+    not_installed as not_installed,
     unknown as unknown,
 )
 from gaitsim.opening import (

@@ -57,17 +57,17 @@ class Npz(GaitExporter):
 class MotionTable(Exporter):
     """All channels of the motion with units, as a table or as arrays.
 
-    A file .csv has a row for each frame and a column for each entry of a channel, such
+    A file .csv or .parquet has a row for each frame and a column for each entry of a channel, such
     as `feet L1 x (m)`. A file .npz has an array for each channel, (individuals, …), and their axes
-    and units as JSON in `about`.
+    and units as JSON in `about`. Parquet needs the package pyarrow.
     """
 
     title: ClassVar[str] = "Motion as a table"
     group: ClassVar[str] = "The body in motion"
-    note: ClassVar[str] = "all channels; .npz or .csv"
+    note: ClassVar[str] = "all channels; .npz, .csv or .parquet"
     input: ClassVar["Input"] = "individuals"
     suffix: ClassVar[str] = ".npz"
-    other_suffixes: ClassVar[tuple[str, ...]] = (".csv",)
+    other_suffixes: ClassVar[tuple[str, ...]] = (".csv", ".parquet")
     stem: ClassVar[str] = "motion"
     items: ClassVar[str] = "individuals"
 

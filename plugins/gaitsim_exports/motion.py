@@ -1,15 +1,17 @@
-"""Motions of one or many individuals, all channels, as .npz or .csv."""
+"""Motions of one or many individuals, all channels, as .npz, .csv or .parquet."""
 
 import csv
 import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from gaitsim.plugin import GaitsimError, Subject
+from gaitsim.plugin import GaitsimError, Subject, not_installed
 from gaitsim.plugin.gait import (
     Columns,
     channels_of,
@@ -26,6 +28,7 @@ from gaitsim.plugin.runs import Individual, RunSnapshot, populations, replacing
 Numbered = Iterator[tuple[Individual, int | None]]
 """Individuals, and their numbers in their populations if those are exported."""
 
+_GROUP = 100  # individuals in a row group of Parquet
 _NUMBER = "[1-9][0-9]{0,8}"
 
 
@@ -40,12 +43,14 @@ def write_motion(subject: Subject, path: Path, every: int | None, population: st
         population: generations whose whole populations to write, as the option describes them.
 
     Raises:
-        GaitsimError: the suffix is unknown, or the options are invalid.
+        GaitsimError: the suffix is unknown, the options are invalid, or a package is missing.
     """
     suffix = path.suffix.lower()
-    if suffix not in (".npz", ".csv"):
-        raise GaitsimError(f"unknown extension for motions: {path}", allowed=".npz, .csv")
+    if suffix not in (".npz", ".csv", ".parquet"):
+        raise GaitsimError(f"unknown extension for motions: {path}", allowed=".npz, .csv, .parquet")
     check_folder(path)
+    if suffix == ".parquet":
+        _check_pyarrow()
     if every is not None and population is not None:
         raise GaitsimError("--every and --population cannot be combined", allowed="one of the two")
     count, individuals = _individuals(subject, every, population)
@@ -55,7 +60,8 @@ def write_motion(subject: Subject, path: Path, every: int | None, population: st
         if suffix == ".npz":
             size = f"{_write_npz(partial, moved, count)} channels"
         else:
-            rows, columns = _write_csv(partial, _tables(moved))
+            write = _write_csv if suffix == ".csv" else _write_parquet
+            rows, columns = write(partial, _tables(moved))
             size = f"{rows:,} row{'s' * (rows != 1)} × {columns} columns"
     return f"{count:,} individual{'s' * (count != 1)}, {size}"
 
@@ -148,7 +154,7 @@ def _write_npz(path: Path, individuals: Numbered, count: int) -> int:
             if shapes.get(name) != first.get(name):
                 raise GaitsimError(
                     f"the channel {name!r} has another shape in {individual.label}",
-                    allowed=".csv, which has a row for each frame",
+                    allowed=".csv and .parquet, which have a row for each frame",
                 )
         for name, one in {**place_of(individual, number), **values}.items():
             if not index:
@@ -200,4 +206,30 @@ def _write_csv(path: Path, tables: Iterable[Columns]) -> tuple[int, int]:
                 writer.writerow(table)
             writer.writerows(zip(*(values.tolist() for values in table.values()), strict=True))
             rows, columns = rows + len(table["frame"]), len(table)
+    return rows, columns
+
+
+def _check_pyarrow() -> None:
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError:
+        raise not_installed("a .parquet file", "pyarrow", "pandas") from None
+
+
+def _write_parquet(path: Path, tables: Iterable[Columns]) -> tuple[int, int]:
+    """Write tables below each other, and return the numbers of rows and columns."""
+    import pyarrow
+    from pyarrow import parquet
+
+    rows, columns = 0, 0
+    with ExitStack() as resources:
+        writer = None
+        made = map(pyarrow.table, tables)
+        while some := [*islice(made, _GROUP)]:
+            group = pyarrow.concat_tables(some)
+            if writer is None:
+                writer = parquet.ParquetWriter(path, group.schema, compression="zstd")
+                resources.callback(writer.close)
+            writer.write_table(group)
+            rows, columns = rows + group.num_rows, group.num_columns
     return rows, columns

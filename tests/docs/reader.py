@@ -66,6 +66,7 @@ ENDLESS = {
 EXTRAS = {
     "--engine bullet": "pybullet",
     "--dask": "distributed",
+    ".parquet": "pyarrow",
     "gaitsim serve": "textual_serve",
 }
 """Modules that some options need."""

@@ -1,6 +1,7 @@
 """All channels of motions as tables and arrays: `gaitsim export --format motion`."""
 
 import json
+import sys
 
 import numpy as np
 import pytest
@@ -35,10 +36,13 @@ def individual(preset):
 @pytest.mark.parametrize("preset", SHORT)
 def test_pandas_reads_the_motion_of_every_body(preset, tmp_path):
     pandas = pytest.importorskip("pandas")
+    pytest.importorskip("pyarrow")
     one = individual(preset)
-    gs.export(one, tmp_path / "motion.csv", "motion")
+    for name in ("motion.csv", "motion.parquet"):
+        gs.export(one, tmp_path / name, "motion")
     tables = {
         "csv": pandas.read_csv(tmp_path / "motion.csv"),
+        "parquet": pandas.read_parquet(tmp_path / "motion.parquet"),
         "memory": one.to_pandas(),
     }
     declared = one.experiment.organism.channels
