@@ -35,6 +35,8 @@ class Export(Action):
 
     gaitsim export spider --format ros2 --out goal.yaml
 
+    gaitsim export spider --format glb
+
     gaitsim export fly --format motion --out flies.csv --population last
 
     gaitsim export spider-atlas --format atlas

@@ -128,4 +128,9 @@ from gaitsim.registry.entry_points import normalized as normalized
 from gaitsim.registry.loading import read_preset as read_preset
 from gaitsim.registry.options import OPERATORS as OPERATORS, PLUGIN as PLUGIN
 from gaitsim.repr_mixin import ReprField as ReprField, ReprMixin as ReprMixin
-from gaitsim.toml import checksum as checksum, literal as literal, shortened as shortened
+from gaitsim.toml import (
+    brief as brief,
+    checksum as checksum,
+    literal as literal,
+    shortened as shortened,
+)

@@ -13,7 +13,10 @@ from gaitsim.render.colours import (
 )
 from gaitsim.render.encoder import (
     default_speed as default_speed,
+    encode as encode,
     fastest_movement as fastest_movement,
+    format_speed as format_speed,
+    movement_frequency as movement_frequency,
 )
 from gaitsim.render.film import (
     Film as Film,
@@ -21,6 +24,13 @@ from gaitsim.render.film import (
     write_still as write_still,
 )
 from gaitsim.render.front_view import FrontView as FrontView
+from gaitsim.render.meshes import (
+    Mesh as Mesh,
+    mesh_of as mesh_of,
+    polyhedron as polyhedron,
+    rod as rod,
+    slab as slab,
+)
 from gaitsim.render.notebook import enable_notebook_display as enable_notebook_display
 from gaitsim.render.parallel_view import ParallelAxis as ParallelAxis, ParallelView as ParallelView
 from gaitsim.render.plots.components import (
@@ -75,8 +85,9 @@ from gaitsim.render.plots.style import (
 )
 from gaitsim.render.scene import THEMES as THEMES, Clip as Clip, Scene as Scene
 from gaitsim.render.scene.clip import clip_of as clip_of
-from gaitsim.render.scene.solids import surface as surface
-from gaitsim.render.scene.themes import mix as mix
+from gaitsim.render.scene.ground import steps as steps
+from gaitsim.render.scene.pixels import TINT as TINT
+from gaitsim.render.scene.themes import Colour as Colour, mix as mix, rgb as rgb
 from gaitsim.render.terminal import plan as plan
 from gaitsim.render.terminal.member_picture import VIRIDIS as VIRIDIS
 from gaitsim.render.terminal.plan import Plan as Plan, plan_of as plan_of
@@ -99,13 +110,16 @@ __all__ = [
     "RIGHT",
     "STEPS",
     "THEMES",
+    "TINT",
     "VIRIDIS",
     "WIDTH",
     "ArchiveView",
     "Clip",
+    "Colour",
     "Film",
     "FrontView",
     "Line",
+    "Mesh",
     "ParallelAxis",
     "ParallelView",
     "Plan",
@@ -122,10 +136,12 @@ __all__ = [
     "draw_bars",
     "draw_curve",
     "enable_notebook_display",
+    "encode",
     "fastest_movement",
     "finite_or_nan",
     "format_number",
     "format_score",
+    "format_speed",
     "grid",
     "heading_of",
     "heading_of_run",
@@ -135,16 +151,21 @@ __all__ = [
     "limit_time",
     "lines_of",
     "mark_stages",
+    "mesh_of",
     "mix",
+    "movement_frequency",
     "number",
     "parallel_figure",
     "picture",
     "plan",
     "plan_of",
+    "polyhedron",
     "read_signal",
     "replace_figure",
     "require_archive",
     "require_front",
+    "rgb",
+    "rod",
     "round_step",
     "save",
     "set_generations",
@@ -152,9 +173,10 @@ __all__ = [
     "shorten",
     "shown_unit",
     "sides",
+    "slab",
     "stages",
+    "steps",
     "styled",
-    "surface",
     "visible",
     "visible_lines",
     "window_slice",

@@ -62,8 +62,10 @@ from gaitsim.storage.compare_runs import (
 from gaitsim.storage.compatibility import versions as versions
 from gaitsim.storage.creation import find_individual as find_individual
 from gaitsim.storage.files.atomic import (
+    draft_folder as draft_folder,
     replacing as replacing,
     sweep as sweep,
+    sync_folder as sync_folder,
     write_bytes as write_bytes,
     writing as writing,
 )
@@ -91,7 +93,9 @@ from gaitsim.storage.files.history import (
     COLUMNS as COLUMNS,
     FIGURE as FIGURE,
     MEAN as MEAN,
+    SCORES as SCORES,
     figures_of as figures_of,
+    terms_of as terms_of,
 )
 from gaitsim.storage.files.schema import EXACT_KEYS as EXACT_KEYS, first_problem as first_problem
 from gaitsim.storage.files.tables import line as table_line
@@ -120,7 +124,7 @@ __all__ = [
     "IN_CACHE",
     "LARGEST_SCORE",
     "MEAN",
-    "WORLD",
+    "SCORES",
     "Challenge",
     "Champion",
     "Choice",
@@ -160,6 +164,7 @@ __all__ = [
     "create_subfolder",
     "dictionary",
     "differences",
+    "draft_folder",
     "editing",
     "evaluate",
     "evaluate_experiment",
@@ -199,8 +204,9 @@ __all__ = [
     "starts_of",
     "stream",
     "sweep",
+    "sync_folder",
     "table_line",
-    "tell",
+    "terms_of",
     "unfinished_error",
     "values_of",
     "versions",

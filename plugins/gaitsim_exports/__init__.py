@@ -1,4 +1,4 @@
-"""Joint angles and motions for MATLAB, NumPy, pandas and spreadsheets."""
+"""Joint angles and motions for MATLAB, NumPy, pandas and spreadsheets; glTF."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
@@ -93,3 +93,28 @@ class MotionTable(Exporter):
         from gaitsim_exports.motion import write_motion
 
         return Exported(write_motion(subject, path, self.every, self.population))
+
+
+class Glb(Exporter):
+    """The body in motion as glTF, for Blender and others."""
+
+    title: ClassVar[str] = "glTF for Blender"
+    group: ClassVar[str] = "The body in motion"
+    note: ClassVar[str] = "glTF for Blender and others"
+    suffix: ClassVar[str] = ".glb"
+    stem: ClassVar[str] = "body"
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the body can be drawn."""
+        from gaitsim.plugin.pictures import clip_of
+
+        clip_of(individual)
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the file."""
+        from gaitsim_exports.gltf.glb import write_glb
+
+        write_glb(subject.individual, path)
+        skeleton = subject.individual.skeleton
+        frames, rate = len(skeleton.segments), skeleton.frame_rate
+        return Exported(f"animated glTF 2.0 of {frames:,} frames at {rate:g} Hz")

@@ -8,10 +8,12 @@ import pytest
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Individual
 from gaitsim.render.scene.clip import clip_of
+from gaitsim_exports.gltf.glb import glb
 from gaitsim_page.clips import clip_data
 from gaitsim_page.packing import unpack
 from gaitsim_spider.body import FOOT_RADIUS
 from gaitsim_spider.walking import STANCE_TOLERANCE
+from tests.gltf import Gltf
 
 
 class Case(NamedTuple):
@@ -64,3 +66,13 @@ def test_in_pages(standing):
     feet = clip_data(individual)["feet"]
     heights, down = unpack(feet["points"])[..., 2], unpack(feet["touching"]) > 0
     assert heights[down].max() <= highest + 1e-5
+
+
+def test_in_gltf_files(standing):
+    individual, highest = standing
+    skeleton, file = individual.skeleton, Gltf(glb(individual))
+    for index, name in enumerate(skeleton.contact_names):
+        (node,) = [n for n in file.numbers(name) if "mesh" not in file.nodes[n]]
+        for frame in np.flatnonzero(skeleton.touching[:, index])[::5]:
+            place = file.value(node, "translation", frame / skeleton.frame_rate)
+            assert place[2] <= highest

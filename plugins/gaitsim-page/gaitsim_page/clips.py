@@ -16,8 +16,8 @@ from gaitsim.plugin.pictures import (
     clip_of,
     format_score,
     is_damaged,
+    mesh_of,
     sides,
-    surface,
 )
 from gaitsim.plugin.runs import Individual
 from gaitsim_page.packing import MAX_STEPS, pack
@@ -181,18 +181,12 @@ def _mesh(solid: Solid, step: float) -> Json:
     """Return the corners and triangles of a mesh's hull; empty lists for other shapes."""
     if solid.vertices is None:
         return {"vertices": [], "faces": []}
-    drawn = surface(solid)
-    fans = [
-        (face[0], face[i], face[i + 1])
-        for face in map(list, drawn.faces)
-        for i in range(1, len(face) - 1)
-    ]
-    corners, triangles = np.unique(np.array(fans), return_inverse=True)
-    rounded = np.rint(drawn.points[corners] / step) * step
+    mesh = mesh_of(solid)
+    rounded = np.rint(mesh.points / step) * step
     digits = max(0, math.ceil(-math.log10(step)) + 1)
     return {
         "vertices": [[round(x, digits) for x in point] for point in rounded.tolist()],
-        "faces": triangles.reshape(-1, 3).tolist(),
+        "faces": mesh.triangles.tolist(),
     }
 
 
