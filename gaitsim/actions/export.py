@@ -39,6 +39,8 @@ class Export(Action):
 
     gaitsim export fly --format motion --out flies.csv --population last
 
+    gaitsim export spider --format tensorboard
+
     gaitsim export spider-atlas --format atlas
     """
 

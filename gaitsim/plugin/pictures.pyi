@@ -84,6 +84,7 @@ from gaitsim.render.plots.style import (
     styled as styled,
 )
 from gaitsim.render.scene import THEMES as THEMES, Clip as Clip, Scene as Scene
+from gaitsim.render.scene.camera import Points as Points
 from gaitsim.render.scene.clip import clip_of as clip_of
 from gaitsim.render.scene.ground import steps as steps
 from gaitsim.render.scene.pixels import TINT as TINT
@@ -123,6 +124,7 @@ __all__ = [
     "ParallelAxis",
     "ParallelView",
     "Plan",
+    "Points",
     "RenderSettings",
     "Scene",
     "Signal",

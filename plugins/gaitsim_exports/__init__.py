@@ -1,5 +1,6 @@
-"""Joint angles and motions for MATLAB, NumPy, pandas and spreadsheets; glTF."""
+"""Joint angles and motions for MATLAB, NumPy, pandas and spreadsheets; glTF; TensorBoard."""
 
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
@@ -118,3 +119,30 @@ class Glb(Exporter):
         skeleton = subject.individual.skeleton
         frames, rate = len(skeleton.segments), skeleton.frame_rate
         return Exported(f"animated glTF 2.0 of {frames:,} frames at {rate:g} Hz")
+
+
+class Tensorboard(Exporter):
+    """Event files for TensorBoard."""
+
+    title: ClassVar[str] = "Events for TensorBoard"
+    group: ClassVar[str] = "The whole run"
+    input: ClassVar["Input"] = "run"
+    suffix: ClassVar[str] = ""
+    stem: ClassVar[str] = "tensorboard"
+    items: ClassVar[str] = "generations"
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the package tensorboardX is installed."""
+        from gaitsim_exports.tensorboard import check_installed
+
+        check_installed()
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the event files to a folder."""
+        from gaitsim_exports.tensorboard import write_events
+
+        run = subject.whole_run
+        subject.begin(run.generation)
+        notices = write_events(run, path, subject.advance)
+        show = f"tensorboard --logdir {shlex.quote(str(path))}"
+        return Exported(f"{run.generation:,} generations; to view them: {show}", notices)

@@ -29,21 +29,24 @@ from gaitsim_hardware.keyframes import (
     write_degrees,
     write_ticks,
 )
-from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_goal
+from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_bag, write_goal
 
 MOST_STREAMED = 64  # joints whose pulses and status fit into 20 ms at 115200 baud
 
 
 def export_trajectory(
-    individual: Individual, path: Path, keyframe_ms: int | None, speed: float
+    individual: Individual, path: Path, keyframe_ms: int | None, speed: float, *, bag: bool
 ) -> Exported:
-    """Write the gait of an individual as the goal of a ROS 2 action."""
+    """Write the gait of an individual as the goal of a ROS 2 action, or as a rosbag2 folder."""
     gait = gait_of(individual)
     trajectory = trajectory_of(gait, keyframe_ms, speed)
     points, joints = trajectory.positions.shape
     seconds = trajectory.nanoseconds[-1] / 1e9
     summary = f"{points} points × {joints} joints in {seconds:g} s, radians"
     notices = fall_notices(individual)
+    if bag:
+        write_bag(trajectory, path)
+        return Exported(summary, notices)
     size = write_goal(trajectory, path)
     if size >= MAX_ARGUMENT:
         notices = (
