@@ -63,7 +63,7 @@ def test_every_character_of_an_equation_is_in_the_font(monkeypatch: pytest.Monke
     assert font.missing_characters("<mi>x</mi><mtext>步 態</mtext>") == "態步"
     pytest.importorskip("latex2mathml")  # in the extra `docs`; otherwise only the build checks
     mathml = module("mathml", monkeypatch)
-    for page in (ROOT / "docs").glob("*.md"):
+    for page in (*ROOT.glob("docs/*.md"), *ROOT.glob("plugins/*/docs/*.md")):
         for source in re.findall(r"^```math\n(.*?)^```$", page.read_text(), re.DOTALL | re.M):
             assert "<math" in mathml.block(source, "math", "", {}, None)
     with pytest.raises(Exception, match="步"):
@@ -121,7 +121,7 @@ def test_everything_has_a_line_with_a_link(monkeypatch: pytest.MonkeyPatch) -> N
 
 @pytest.mark.packages
 def test_all_pictures_are_used_and_small() -> None:
-    pages = [ROOT / "README.md", *(ROOT / "docs").glob("*.md")]
+    pages = [ROOT / "README.md", *ROOT.glob("docs/*.md"), *ROOT.glob("plugins/*/docs/*.md")]
     shown = {
         (page.parent / target).resolve()
         for page in pages
