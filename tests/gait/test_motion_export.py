@@ -1,7 +1,6 @@
 """All channels of motions as tables and arrays: `gaitsim export --format motion`."""
 
 import json
-import sys
 
 import numpy as np
 import pytest
