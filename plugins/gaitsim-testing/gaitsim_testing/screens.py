@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from gaitsim.screen import Hidden
+from gaitsim.screen import Shown
 
 if TYPE_CHECKING:
     from gaitsim.screen import GaitScreen
@@ -12,9 +12,9 @@ def _check(screen: "GaitScreen") -> None:
     screen.gaitsim.start_task(("plugins", "check", *screen.plugin))
 
 
-CHECK = Hidden(
+CHECK = Shown(
     "check",
-    "c",
+    "ctrl+k",
     "Check",
     "Check that the plugin fulfils its contract",
     words="test conformance contract verify",
