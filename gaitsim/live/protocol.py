@@ -205,7 +205,10 @@ def read_snapshot(line: bytes, before: Snapshot) -> Snapshot:
                 "reason": "",
                 **data,
                 "rows": {name: _numbers(values) for name, values in data.get("rows", {}).items()},
-                "top": tuple(map(_best, data["top"])) if "top" in data else before.top,
+                # Processes of earlier versions do not send the generation.
+                "top": tuple(_best({"generation": 0, **one}) for one in data["top"])
+                if "top" in data
+                else before.top,
                 "islands": tuple(map(_number, data.get("islands", before.islands))),
                 "champion": _best(champion) if champion else before.champion,
                 "events": tuple(Event(**event) for event in data.get("events", ())),
