@@ -86,6 +86,8 @@ def test_blocks_are_found() -> None:
 
 @pytest.mark.packages
 def test_the_tests_of_the_security_promises_exist() -> None:
-    named = re.findall(r"`((?:plugins/[\w-]+/)?tests/\S+?\.py)`", (ROOT / "SECURITY.md").read_text())
+    named = re.findall(
+        r"`((?:plugins/[\w-]+/)?tests/\S+?\.py)`", (ROOT / "SECURITY.md").read_text()
+    )
     assert len(named) > 10
     assert [one for one in named if not (ROOT / one).is_file()] == []
