@@ -140,20 +140,16 @@ class LazyGroup(TyperGroup):
     def load(self, name: str) -> Any:
         """Generate a command from the model of its action; build a nested group."""
         place = self.places.get(name)
+        if place is None:
+            self._add_commands_of_packages()
+            function = self._import_from_package(self.prefix + name)
+            place = function or ({}, {})
         if isinstance(place, tuple):
-            line = self.lines[name]
-            settings: dict[str, Any] = {"help": line, "callback": _no_options}
+            settings: dict[str, Any] = {"help": self.commands[name].help, "callback": _no_options}
             prefix = f"{self.prefix}{name}."
             nested = group(*place, extensible=True, prefix=prefix, add_completion=False, **settings)
             return get_command(nested)
-        if place is None:
-            function = self._import_from_package(self.prefix + name)
-            if function is None:
-                line = self.commands[name].help or ""
-                nested = group({}, {}, extensible=True, prefix=f"{self.prefix}{name}.", help=line,
-                               callback=_no_options, add_completion=False)  # fmt: skip
-                return get_command(nested)
-        else:
+        if isinstance(place, str):
             module, _, attribute = place.partition(":")
             prefix = "" if module.startswith("gaitsim") else "gaitsim.actions."
             function = getattr(import_module(prefix + module), attribute)

@@ -145,7 +145,7 @@ def test_a_name_of_a_package_that_is_not_installed_says_how_to_install_it(
         }
 
     for module in [*sys.modules.values()]:
-        if getattr(module, "entries", None) is real:
+        if vars(module).get("entries") is real:
             monkeypatch.setattr(module, "entries", without_packages)
     said = gaitsim(*words, code=2).stderr
     assert ("pip install " in said) == bool(package)
