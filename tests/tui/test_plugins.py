@@ -134,5 +134,5 @@ async def test_a_check_runs_in_the_background(look, monkeypatch):
             type(driver.app), "start_task", lambda app, words: started.append(words)
         )
         await go(driver, "mutation gaussian")
-        await driver.press("c")
+        await driver.press("ctrl+k")
         assert started == [("plugins", "check", "gaussian")]

@@ -123,8 +123,16 @@ class Footer(widgets.Footer):
                 key = self.app.get_key_display(binding)
                 about = tooltip or binding.tooltip
                 chosen[binding.action] = Item(binding, key, binding.description, enabled, about)
+        # The actions of packages, `on_…`, follow those of the screen; the app's come last.
+        order = sorted(
+            chosen.values(),
+            key=lambda item: (
+                (item.binding.id or "").startswith("app."),
+                item.binding.action.startswith("on_"),
+            ),
+        )
         items: list[Item] = []
-        for _, same in groupby(chosen.values(), lambda item: item.text):
+        for _, same in groupby(order, lambda item: item.text):
             *joined, last = same
             items += [item._replace(text="") for item in joined] + [last]
         if any(item.binding.id == "screen.back" for item in items):
