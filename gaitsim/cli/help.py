@@ -70,7 +70,8 @@ class StyledCommand(TyperCommand):
 
     def invoke(self, ctx: Any) -> Any:
         """Run the command, keeping its results apart from the output of plugins."""
-        if self.name != "tui":  # whose standard output is a screen
+        # A function sets `keeps_stdout` if its standard output is a screen or the log of a server.
+        if not getattr(self.callback, "keeps_stdout", False):
             streams.isolate_results()
         if not gc.isenabled():  # `main` disabled it for the imports
             # Excludes what is imported so far from collections: 70 of 850 ms of `gaitsim show`.

@@ -40,6 +40,9 @@ def tui(root: Root = Path("runs"), theme: ThemeName = None) -> None:
     run_app(GaitsimApp(root, config=read_config(config_path()), theme=chosen))
 
 
+tui.keeps_stdout = True  # type: ignore[attr-defined]
+
+
 def check_terminal(remedy: str) -> None:
     """Check that standard input and output are a terminal.
 

@@ -70,6 +70,9 @@ def serve(
         WebServer(shlex.join(words), host, token, windows).serve_on(socket)
 
 
+serve.keeps_stdout = True  # type: ignore[attr-defined]
+
+
 def _token(file: Path | None) -> str:
     """Return the token in a file or in the environment, or a random one."""
     given, where = os.environ.get("GAITSIM_TOKEN"), "GAITSIM_TOKEN"
