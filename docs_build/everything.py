@@ -59,7 +59,9 @@ def _python(documented: Mapping[str, str]) -> Iterator[str]:
         )
     for short, found in OBJECTS.items():
         members = {name: one.__doc__ for name, one in inspect.getmembers(found, _is_public)}
-        for name, text in sorted((members | _attributes(found)).items()):
+        for one in reversed(found.__mro__):
+            members |= _attributes(one)
+        for name, text in sorted(members.items()):
             if not name.startswith("_"):
                 yield _line(f"[`{short}.{name}`]({pages[found.__name__]})", text)
 

@@ -207,11 +207,10 @@ def test_the_wheel_alone_runs_the_commands_of_the_readme(installed: Path, tmp_pa
         ["video", "spider", "--size", "160x90", "--fps", "1", "--speed", "4", "--no-intro"],
         ["play", "spider", "--at", "1"],
         ["export", "spider", "--format", "mat"],
-        ["export", "spider", "--format", "html"],
+        ["export", "spider", "--format", "npz"],
         ["resume", "spider", "--generations", "3", "--workers", "1"],
         ["runs"],
         ["experiments", "list"],
         ["plugins", "new", "hopper"],
-        ["robots", "list"],
     ):
         program(*arguments)

@@ -1,4 +1,4 @@
-"""What plugins are made of: contracts, options, errors, and the plugins of other packages.
+"""The parts of plugins: contracts, options, errors, and the plugins of other packages.
 
 Packages import this module, those beside it and `gaitsim.screen`, and nothing deeper. Its stub
 lists the names, which are imported at first use.

@@ -267,7 +267,7 @@ def _parse_live_process(data: Mapping[str, Any], lock: Path) -> BackgroundProces
             "pid": int(pid),
             "state": state,
             "started": float(started),
-        } if state in STATE_PREDICATES and is_file_locked(lock):
+        } if state in [*STATE_PREDICATES] and is_file_locked(lock):
             return BackgroundProcess(Path(run), pid, state, started)
     return None
 

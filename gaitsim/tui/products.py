@@ -227,7 +227,9 @@ def all_forms() -> tuple[CommandForm, ...]:
     return tuple(form for found in forms().values() for form in found)
 
 
-def unavailable_products(run: Path) -> dict[CommandForm, GaitsimError]:
+def unavailable_products(
+    run: Path, forms: Sequence[CommandForm]
+) -> dict[CommandForm, GaitsimError]:
     """Return the products that cannot be exported from a run, with the commands' errors.
 
     Raises:
@@ -239,7 +241,7 @@ def unavailable_products(run: Path) -> dict[CommandForm, GaitsimError]:
     exports_folder(run)
     champion = RunSnapshot(run).individual()
     found = {}
-    for form in all_forms():
+    for form in forms:
         try:
             form.check(champion)
         except GaitsimError as error:

@@ -22,8 +22,9 @@ from gaitsim.storage.manage import trash_run
 ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / "README.md",
-    *sorted((ROOT / "docs").glob("*.md")),
-    *sorted(ROOT.glob("plugins/*/docs/*.md")),
+    *sorted(
+        (*ROOT.glob("docs/*.md"), *ROOT.glob("plugins/*/docs/*.md")), key=lambda page: page.name
+    ),
 ]
 HELP = dict(helps())
 FOUND: dict[Path | str, list[Step]] = {path: list(steps(path.read_text())) for path in PAGES}

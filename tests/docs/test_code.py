@@ -11,8 +11,9 @@ import pytest
 ROOT = Path(__file__).parents[2]
 PAGES = [
     ROOT / "README.md",
-    *sorted((ROOT / "docs").glob("*.md")),
-    *sorted(ROOT.glob("plugins/*/docs/*.md")),
+    *sorted(
+        (*ROOT.glob("docs/*.md"), *ROOT.glob("plugins/*/docs/*.md")), key=lambda page: page.name
+    ),
 ]
 NOT_RUN = "<!-- not run -->"
 """A comment before a block of Python that cannot run by itself, such as a part of a file."""

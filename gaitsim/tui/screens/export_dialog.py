@@ -25,7 +25,6 @@ from gaitsim.tui.builder import Option
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.products import (
     CommandForm,
-    all_forms,
     default,
     forms,
     remember,
@@ -63,9 +62,10 @@ class ExportDialog(Dialog[Answer]):
         super().__init__()
         self._run, self._menu = run, menu
         self._forms = forms(menu)
+        self._all = tuple(form for found in self._forms.values() for form in found)
         # Typed texts by option, shared by all products.
         self._texts: dict[str, str] = {}
-        for form in (one for found in self._forms.values() for one in found):
+        for form in self._all:
             self._texts |= remembered(form)
         if isinstance(which, Member):
             self._texts["member"] = str(which.number)
@@ -103,9 +103,9 @@ class ExportDialog(Dialog[Answer]):
     async def _check(self) -> None:
         """Find the products that this run does not support, by simulating its champion."""
         try:
-            self._lacking = await asyncio.to_thread(unavailable_products, self._run)
+            self._lacking = await asyncio.to_thread(unavailable_products, self._run, self._all)
         except GaitsimError as error:
-            self._lacking = dict.fromkeys(all_forms(), error)
+            self._lacking = dict.fromkeys(self._all, error)
         if self.is_attached:
             self._list()
 
@@ -120,7 +120,7 @@ class ExportDialog(Dialog[Answer]):
                 bad = product in self._lacking
                 text = Text(f" ✗ {product.title}" if bad else f" {product.title}")
                 text.stylize("dim" if bad else "")
-                rows.append(Row(text, id=str(all_forms().index(product))))
+                rows.append(Row(text, id=str(self._all.index(product))))
         menu.clear_options()
         menu.add_options(rows)
         menu.highlighted = 1 if at is None else at
@@ -130,7 +130,7 @@ class ExportDialog(Dialog[Answer]):
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield a command for each product that the run supports."""
         menu = self.query_one("#products", OptionList)
-        for place, product in enumerate(all_forms()):
+        for place, product in enumerate(self._all):
             if product not in self._lacking and product in sum(self._forms.values(), ()):
                 choose = partial(setattr, menu, "highlighted", menu.get_option_index(str(place)))
                 about = f"Show the options of 'gaitsim {shlex.join(product.command)}'"
@@ -141,7 +141,7 @@ class ExportDialog(Dialog[Answer]):
     def _product(self) -> CommandForm:
         row = self.query_one("#products", OptionList).highlighted_option
         first = next(iter(self._forms.values()))[0]
-        return all_forms()[int(row.id)] if row and row.id else first
+        return self._all[int(row.id)] if row and row.id else first
 
     @on(OptionList.OptionHighlighted, "#products")
     @work(group="form")

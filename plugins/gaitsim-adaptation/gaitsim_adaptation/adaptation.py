@@ -130,7 +130,7 @@ class Adaptation(ReprMixin, Iterator[Trial]):
 
     @property
     def place(self) -> Place:
-        """Where the trials take place."""
+        """The place of the trials."""
         return self._record.place
 
     @property

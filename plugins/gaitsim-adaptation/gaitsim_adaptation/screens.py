@@ -1,4 +1,4 @@
-"""What adaptation adds to the terminal UI: the laboratory, and its keys."""
+"""The part of adaptation in the terminal UI: the laboratory, and its keys."""
 
 from typing import TYPE_CHECKING
 

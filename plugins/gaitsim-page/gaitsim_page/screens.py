@@ -1,4 +1,4 @@
-"""What web pages add to the terminal UI: the gallery and the playground."""
+"""Web pages in the terminal UI: the gallery and the playground."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What studies add to the terminal UI: the list of studies and comparisons, and its keys."""
+"""Studies in the terminal UI: the list of studies and comparisons, and its keys."""
 
 from typing import TYPE_CHECKING
 

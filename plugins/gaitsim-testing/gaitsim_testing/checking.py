@@ -24,7 +24,7 @@ _OK, _FAILED = 0, 1  # exit codes of pytest after all tests
 
 @dataclass
 class Checked:
-    """What the checks of a plugin found.
+    """The findings of the checks of a plugin.
 
     Attributes:
         entry: entry of the plugin, with its package.

@@ -1,4 +1,4 @@
-"""What a check finds: an error, which fails the test, or advice, which is a warning."""
+"""Findings of a check: an error, which fails the test, or advice, which is a warning."""
 
 import warnings
 from traceback import walk_tb

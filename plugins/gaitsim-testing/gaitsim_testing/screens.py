@@ -1,4 +1,4 @@
-"""What the checks add to the terminal UI."""
+"""The check of a plugin in the terminal UI."""
 
 from typing import TYPE_CHECKING
 

@@ -431,7 +431,7 @@ def mutants():
 
 @pytest.fixture(scope="module")
 def checked(tmp_path_factory):
-    """What the checks find in each plugin, all of them in one process."""
+    """Return the findings in each plugin, all of them in one process."""
     folder = tmp_path_factory.mktemp("mutants")
     source, points = WORKING + HEAD + REFLEX, {kind: {} for kind in SOUND}
     for number, ((kind, name), (base, body)) in enumerate(mutants().items()):

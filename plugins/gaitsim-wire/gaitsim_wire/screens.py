@@ -1,4 +1,4 @@
-"""What real robots add to the terminal UI: their commands, and the keys of the calibration."""
+"""Real robots in the terminal UI: their commands, and the keys of the calibration."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""What all checks begin with: the plugin, imported and with its options."""
+"""Fixtures of all checks: the plugin, imported and with its options."""
 
 import random
 import sys
