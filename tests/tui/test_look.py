@@ -146,7 +146,7 @@ def test_plugins(look, only_puppets):
 def test_export(look, monkeypatch):
     missing = {all_forms()[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
     monkeypatch.setattr(
-        "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run: missing
+        "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run, forms: missing
     )
 
     async def go(pilot):

@@ -231,7 +231,7 @@ class TestExports:
         if not angles:
             monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
             monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
-        found = unavailable_products(run)
+        found = unavailable_products(run, all_forms())
         for product in found:
             arguments = product.read(run, {})[0]
             assert found[product].what in gaitsim(*arguments, code=2).stderr
@@ -288,7 +288,7 @@ class TestExports:
     ):
         path, started = walk(), []
         monkeypatch.setattr(
-            "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run: {}
+            "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run, forms: {}
         )
         monkeypatch.setattr("subprocess.run", lambda words, check: started.append(words[3:]))
         monkeypatch.setattr("builtins.input", lambda text: "")
