@@ -139,10 +139,10 @@ def summary(entry: Entry) -> str:
     try:
         spec = find_spec(top)
         for folder in (spec and spec.submodule_search_locations) or ():
-            for file in (Path(folder, *inner[:-1], f"{(inner or ['__init__'])[-1]}.py"),):
-                text = file.read_text(encoding="utf-8")
-                if found := re.search(start + _DOCSTRING, text, re.MULTILINE | re.DOTALL):
-                    return " ".join(found[1].split())
+            file = Path(folder, *inner[:-1], f"{(inner or ['__init__'])[-1]}.py")
+            text = file.read_text(encoding="utf-8")
+            if found := re.search(start + _DOCSTRING, text, re.MULTILINE | re.DOTALL):
+                return " ".join(found[1].split())
     except (OSError, ValueError, ImportError):
         pass
     return ""
