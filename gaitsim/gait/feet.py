@@ -1,6 +1,7 @@
 """Feet: contacts with the ground, phases within a stride and their place on the body."""
 
 from dataclasses import dataclass
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -90,20 +91,81 @@ def feet_of(
         dynamic: whether the body is simulated with forces, so that its feet can bounce.
         commanded: stride frequency that the gait commands, Hz; 0 if unknown.
     """
-    upright = np.array([len(touching)]) if dynamic else None
-    found = Steps(touching[None], frame_rate, upright, np.array([commanded]))
-    frames = float(found.period[0])
-    touches = found.touches[0].tolist() if frames else [None] * len(names)
-    feet = tuple(
-        _foot(name, tidy, float(duty), frame_rate, each)
-        for name, tidy, duty, each in zip(
-            names, found.stance[0].T, found.duty_factor[0], touches, strict=True
+    [found] = feet_of_each(touching[None], names, frame_rate, dynamic, np.array([commanded]))
+    return found
+
+
+def feet_of_each(
+    touching: Contacts,
+    names: tuple[str, ...],
+    frame_rate: float,
+    dynamic: bool,
+    commanded: Floats,
+) -> list[tuple[tuple[Foot, ...], Stride | None]]:
+    """Return for each individual what `feet_of` returns for one.
+
+    Args:
+        touching: whether each foot is on the ground, (population, frames, feet).
+        names: names of the feet.
+        frame_rate: frames per second, Hz.
+        dynamic: whether the body is simulated with forces, so that its feet can bounce.
+        commanded: stride frequencies that the gaits command, (population,) Hz; 0 if unknown.
+    """
+    population, frames, count = touching.shape
+    found = Steps(touching, frame_rate, np.full(population, frames) if dynamic else None, commanded)
+    downs = found.downs.transpose(0, 2, 1).reshape(-1, frames)
+    landed = np.split(np.nonzero(downs)[1], np.cumsum(downs.sum(axis=1))[:-1])
+    swings, stances = _mean_durations(found.stance)
+    touches = np.where(np.isnan(found.touches), None, found.touches)
+    feet = [
+        Foot(names[n % count], duty, tuple(down.tolist()), stance, swing, each)
+        for n, (duty, down, stance, swing, each) in enumerate(
+            zip(
+                found.duty_factor.ravel().tolist(),
+                landed,
+                _seconds(stances, frame_rate),
+                _seconds(swings, frame_rate),
+                touches.ravel().tolist(),
+                strict=True,
+            )
         )
-    )
-    if not frames:
-        return feet, None
-    stride = Stride(frames, float(found.frequency[0]), float(found.regularity[0]), commanded > 0)
-    return feet, stride
+    ]
+    strides = zip(found.period, found.frequency, found.regularity, commanded > 0, strict=True)
+    return [
+        (
+            tuple(feet[index * count : (index + 1) * count]),
+            Stride(float(period), float(frequency), float(regularity), bool(known))
+            if period
+            else None,
+        )
+        for index, (period, frequency, regularity, known) in enumerate(strides)
+    ]
+
+
+def _seconds(frames: Floats, frame_rate: float) -> list[float | None]:
+    """Return durations in seconds; None for NaN."""
+    return [None if frame != frame else frame / frame_rate for frame in frames.tolist()]
+
+
+def _mean_durations(stance: Contacts) -> Floats:
+    """Return the mean duration of the swings, and of the stances, of each foot, frames.
+
+    Only those count that begin and end within the motion.
+
+    Args:
+        stance: whether each foot is in stance, (population, frames, feet).
+
+    Returns:
+        The durations, (2, population · feet); NaN for a foot without any.
+    """
+    rows = stance.transpose(0, 2, 1).reshape(-1, stance.shape[1])
+    row, begin = np.nonzero(rows[:, 1:] != rows[:, :-1])
+    whole = row[1:] == row[:-1]
+    kind = rows[row, begin + 1][:-1][whole] * len(rows) + row[:-1][whole]
+    number = np.bincount(kind, minlength=2 * len(rows))
+    total = np.bincount(kind, np.diff(begin)[whole], 2 * len(rows))
+    means = np.divide(total, number, out=np.full(len(total), np.nan), where=number > 0)
+    return means.reshape(2, -1)
 
 
 def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
@@ -111,27 +173,6 @@ def runs(foot: Contacts) -> tuple[NDArray[np.intp], Contacts]:
     starts = np.flatnonzero(np.diff(foot)) + 1
     edges = np.concatenate([[0], starts, [len(foot)]])
     return np.diff(edges), foot[edges[:-1]]
-
-
-def _foot(
-    name: str, stance: Contacts, duty_factor: float, frame_rate: float, touches: float | None
-) -> Foot:
-    lengths, stands = runs(stance)
-    whole = np.zeros(len(lengths), dtype=bool)
-    whole[1:-1] = True
-    touch_downs = np.flatnonzero(~stance[:-1] & stance[1:]) + 1
-
-    def mean(chosen: Contacts) -> float | None:
-        return float(lengths[chosen].mean()) / frame_rate if chosen.any() else None
-
-    return Foot(
-        name,
-        duty_factor,
-        tuple(touch_downs.tolist()),
-        mean(whole & stands),
-        mean(whole & ~stands),
-        touches,
-    )
 
 
 def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
@@ -158,10 +199,13 @@ def phases_of(feet: tuple[Foot, ...], stride: Stride) -> tuple[Floats, Floats]:
     starts = np.array(first.touch_downs, dtype=np.float64)
     if stride.commanded:
         starts = starts[:1]
-    for number, foot in enumerate(feet):
-        if foot.steps:
-            passed = _strides_passed(np.array(foot.touch_downs, dtype=np.float64), starts, stride)
-            phases[number], consistency[number] = circular_mean(passed)
+    stepping = [number for number, foot in enumerate(feet) if foot.steps]
+    downs = [feet[number].touch_downs for number in stepping]
+    times = np.array([*chain.from_iterable(downs)], dtype=np.float64)
+    ends = np.cumsum([*map(len, downs)])
+    directions = _directions(_strides_passed(times, starts, stride))
+    mean = np.add.reduceat(directions, [0, *ends[:-1]]) / [*map(len, downs)]
+    phases[stepping], consistency[stepping] = _phase(mean), np.abs(mean)
     if stride.commanded:
         phases = _wrap_to_cycle(phases - phases[feet.index(first)])
     elif len(starts) > 1:
@@ -181,8 +225,18 @@ def _strides_passed(times: Floats, starts: Floats, stride: Stride) -> Floats:
 
 def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
     """Return the mean direction of angles in cycles, 0 to 1, and the length of the mean vector."""
-    mean = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64)).mean()
-    return float(_wrap_to_cycle(np.angle(mean) / (2 * np.pi))), float(abs(mean))
+    mean = _directions(cycles).mean()
+    return float(_phase(mean)), float(abs(mean))
+
+
+def _directions(cycles: ArrayLike) -> NDArray[np.complex128]:
+    """Return unit vectors in the directions of angles in cycles."""
+    return np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64))
+
+
+def _phase(vectors: ArrayLike) -> Floats:
+    """Return the directions of vectors in cycles, 0 to 1."""
+    return _wrap_to_cycle(np.angle(vectors) / (2 * np.pi))
 
 
 def _wrap_to_cycle(cycles: ArrayLike) -> Floats:

@@ -195,8 +195,9 @@ _ALTERNATING = {
     3: "alternating tripod",
     4: "alternating tetrapod",
 }
-_LAGS = np.arange(-45, 46) / 100  # cycles tried between neighbours of a metachronal gait
-_SHALLOW = 0.04  # least lag between neighbours in a wave, cycles
+_SHALLOW = 4  # least lag between neighbours in a wave, hundredths of a cycle
+_LAGS = np.array([lag for lag in range(-45, 46) if abs(lag) >= _SHALLOW]).repeat(2) / 100
+_ACROSS = np.tile([0.0, 0.5], len(_LAGS) // 2)  # cycles tried between the sides with each lag
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,11 +274,9 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
 
 def metachronal(phases: Floats, layout: Layout) -> Nearest:
     """Return the nearest gait with the same lag from foot to foot along each side."""
-    lags = np.repeat(_LAGS[np.abs(_LAGS) >= _SHALLOW], 2)
-    across = np.tile([0.0, 0.5], len(lags) // 2)
-    away, shifted = fit(phases, across[:, None] * layout.side + lags[:, None] * layout.place)
+    away, shifted = fit(phases, _ACROSS[:, None] * layout.side + _LAGS[:, None] * layout.place)
     least = int(np.argmin(away))
-    return Nearest("metachronal", float(away[least]), shifted[least], float(lags[least]))
+    return Nearest("metachronal", float(away[least]), shifted[least], float(_LAGS[least]))
 
 
 NONE, STANDING = "none", "standing"

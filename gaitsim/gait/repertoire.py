@@ -11,7 +11,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import Experiment
-from gaitsim.gait.feet import Floats, body_order, feet_of, phases_of
+from gaitsim.gait.feet import Floats, body_order, feet_of_each, phases_of
 from gaitsim.gait.naming import NONE, Name, name_of
 from gaitsim.gait.report import commands_frequency, relative_feet, stands
 from gaitsim.gait.travel import frames_in
@@ -131,31 +131,36 @@ def _name_gaits(
     known = commands_frequency(experiment.organism)
     with plugin_errors(experiment.entries["organism"], "computing the stride frequency"):
         frequency = motion[STRIDE_FREQUENCY] if known else np.zeros(len(stance))
-    gaits = []
-    for index, touching in enumerate(stance):
-        if index in motion.failures:
-            gaits.append(RepertoireGait(Name(NONE, "the motion failed"), float("nan"), None))
-            continue
-        upright = slice(None if lasted is None else frames_in(lasted[index], motion.frame_rate))
-        feet, stride = feet_of(
-            touching[upright, order],
+    frames = np.full(len(stance), stance.shape[1])
+    if lasted is not None:
+        frames = np.array([frames_in(one, motion.frame_rate) for one in lasted])
+    found: dict[int, RepertoireGait] = {}
+    for upright in np.unique(frames).tolist():  # few of an archive's gaits fall
+        same = np.flatnonzero(frames == upright)
+        stepped = feet_of_each(
+            stance[same, :upright][..., order],
             ordered,
             motion.frame_rate,
-            dynamic=experiment.organism.dynamic,
-            commanded=float(frequency[index]),
+            experiment.organism.dynamic,
+            np.asarray(frequency, np.float64)[same],
         )
-        phases = consistency = np.full(len(feet), np.nan)
-        if stride is not None:
-            phases, consistency = phases_of(feet, stride)
-        still = False
-        if not any(foot.steps for foot in feet):  # rare, so the cost of a skeleton is acceptable
-            with plugin_errors(experiment.entries["organism"], "drawing an individual"):
-                skeleton = experiment.organism.skeleton(motion, index)
-            still = stands(skeleton, upright)
-        name, _ = name_of(feet, stride, phases, consistency, places[None, order], still)
-        duty = float(np.mean([foot.duty_factor for foot in feet]))
-        gaits.append(RepertoireGait(name, duty, None if stride is None else stride.frequency))
-    return gaits
+        for index, (feet, stride) in zip(same.tolist(), stepped, strict=True):
+            if index in motion.failures:
+                failed = Name(NONE, "the motion failed")
+                found[index] = RepertoireGait(failed, float("nan"), None)
+                continue
+            phases = consistency = np.full(len(feet), np.nan)
+            if stride is not None:
+                phases, consistency = phases_of(feet, stride)
+            still = False
+            if not any(foot.steps for foot in feet):  # rare, so a skeleton's cost is acceptable
+                with plugin_errors(experiment.entries["organism"], "drawing an individual"):
+                    skeleton = experiment.organism.skeleton(motion, index)
+                still = stands(skeleton, slice(upright))
+            name, _ = name_of(feet, stride, phases, consistency, places[None, order], still)
+            duty = float(np.mean([foot.duty_factor for foot in feet]))
+            found[index] = RepertoireGait(name, duty, None if stride is None else stride.frequency)
+    return [found[index] for index in range(len(stance))]
 
 
 def _lasted(experiment: Experiment, motion: Motion) -> Floats | None:
