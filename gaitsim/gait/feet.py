@@ -144,7 +144,7 @@ def feet_of_each(
 
 def _seconds(frames: Floats, frame_rate: float) -> list[float | None]:
     """Return durations in seconds; None for NaN."""
-    return [None if frame != frame else frame / frame_rate for frame in frames.tolist()]
+    return [None if np.isnan(frame) else frame / frame_rate for frame in frames.tolist()]
 
 
 def _mean_durations(stance: Contacts) -> Floats:
