@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from types import MappingProxyType
 from typing import Any
 
@@ -155,6 +155,19 @@ class Motion(TableMixin, Mapping[str, Array]):
         """The number of individuals."""
         known = self._channels or {name: self[name] for name in [*self._derived][:1]}
         return len(next(iter(known.values()), ()))
+
+    def of(self, index: int) -> "Motion":
+        """Return the motion of one individual, a population of one."""
+        one = slice(index, index + 1)
+        failures = {0: self.failures[index]} if index in self.failures else {}
+        known = {name: values[one] for name, values in self._channels.items()}
+        derived = {(name,): partial(self._channel_of, name, one) for name in self._derived}
+        found = Motion(self.frame_rate, known, derived, failures)
+        found.declared = self.declared
+        return found
+
+    def _channel_of(self, name: str, part: slice) -> Mapping[str, Array]:
+        return {name: self[name][part]}
 
     def _repr_title(self) -> str:
         return f"Motion of {self.population} at {self.frame_rate:g} Hz"

@@ -5,9 +5,11 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 from typing import Any
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import numpy as np
 
@@ -23,12 +25,12 @@ from gaitsim.plugin.gait import (
     read_values,
     with_changed_body,
 )
-from gaitsim.plugin.runs import Individual, RunSnapshot, populations, replacing
+from gaitsim.plugin.runs import Individual, RunSnapshot, move_genomes, populations, replacing
 
 Numbered = Iterator[tuple[Individual, int | None]]
 """Individuals, and their numbers in their populations if those are exported."""
 
-_GROUP = 100  # individuals in a row group of Parquet
+_GROUP = 100  # individuals that are simulated at once, and in a row group of Parquet
 _NUMBER = "[1-9][0-9]{0,8}"
 
 
@@ -124,8 +126,11 @@ def _whole(run: RunSnapshot, numbers: Sequence[int]) -> Numbered:
     """Yield all individuals of some generations."""
     for generation in populations(run, numbers):
         experiment = run.experiment_at(generation.number)
-        for index in range(len(generation.genomes)):
-            yield Individual.of_generation(experiment, generation, index, run.path), index + 1
+        for first in range(0, len(generation.genomes), _GROUP):
+            motion = move_genomes(experiment, generation.genomes[first : first + _GROUP])
+            for place in range(motion.population):
+                one = Individual.of_generation(experiment, generation, first + place, run.path)
+                yield replace(one, played=motion.of(place)), first + place + 1
 
 
 def _advancing(individuals: Numbered, subject: Subject) -> Numbered:
@@ -164,8 +169,11 @@ def _write_npz(path: Path, individuals: Numbered, count: int) -> int:
     frames = max((first[name][0] for name in timed), default=1)
     arrays["time"] = np.arange(frames) / about["frame_rate"]
     arrays["about"] = np.array(json.dumps(about, ensure_ascii=False))
-    with path.open("wb") as file:
-        np.savez_compressed(file, **arrays)
+    # As `np.savez_compressed`, but with the fastest level: half the time for a tenth more bytes.
+    with ZipFile(path, "w", ZIP_DEFLATED, compresslevel=1) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as file:
+                np.lib.format.write_array(file, array, allow_pickle=False)
     return len(about["channels"])
 
 
