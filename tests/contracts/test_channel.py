@@ -47,6 +47,11 @@ def test_the_motion_of_one_individual_computes_its_channels_when_they_are_read()
 
     motion = Motion(10.0, {"x": np.arange(3.0)}, {("double", "half"): double}, {2: "it fell"})
     one, last = motion.of(1), motion.of(2)
-    assert not calls and [*one] == ["x", "double", "half"]
-    assert one["x"].tolist() == [1] and one["half"].tolist() == [0.5] and not one.failures
-    assert last["double"].tolist() == [4] and last.failures == {0: "it fell"} and len(calls) == 1
+    assert not calls
+    assert [*one] == ["x", "double", "half"]
+    assert one["x"].tolist() == [1]
+    assert one["half"].tolist() == [0.5]
+    assert not one.failures
+    assert last["double"].tolist() == [4]
+    assert last.failures == {0: "it fell"}
+    assert len(calls) == 1
