@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -224,24 +224,33 @@ class WrappedSearch:
         return self._search.members(self._inner(state))
 
 
+@cache
+def _is_name(name: object) -> bool:
+    return isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200
+
+
+_DTYPES = frozenset(map(np.dtype, STATE_DTYPES))
+
+
 def check_state(experiment: Experiment, state: State) -> State:
     """Check a state; return it as plain arrays for a checkpoint."""
     entry = experiment.entries["search"]
     if not isinstance(state, Mapping):
         raise contract_error(entry, f"returned a {type(state).__name__} as its state", "a mapping")
+    found = {}
     for name, values in state.items():
-        if not (isinstance(name, str) and name.isprintable() and 0 < len(name) <= 200):
+        if not _is_name(name):
             what = f"names an array of its state {name!r:.80}"
             raise contract_error(entry, what, "a printable string of 1 to 200 characters")
-        if not isinstance(values, np.ndarray) or values.dtype.str not in STATE_DTYPES:
+        if not isinstance(values, np.ndarray) or values.dtype not in _DTYPES:
             kind = values.dtype if isinstance(values, np.ndarray) else type(values).__name__
             raise contract_error(
                 entry,
                 f"stores {name!r} in its state as {kind}",
                 "arrays of float64, int64, uint8 or bool",
             )
-    # In C order, as a checkpoint restores arrays: the last bit of a sum depends on memory order.
-    found = {name: np.asarray(values, order="C") for name, values in state.items()}
-    for values in found.values():
-        values.setflags(write=False)
+        # In C order, as a checkpoint restores arrays: the last bit of a sum depends on the order.
+        plain = type(values) is np.ndarray and values.flags.c_contiguous
+        found[name] = one = values if plain else np.asarray(values, order="C")
+        one.setflags(write=False)
     return found

@@ -105,13 +105,18 @@ def matmul(a: ArrayLike, b: ArrayLike) -> Floats:
     """
     from gaitsim.portable.linear import multiply
 
-    first, second = np.asarray(a, np.float64), np.asarray(b, np.float64)
+    # Copies, in C order and writable, so that the kernel is compiled for one kind of array.
+    first, second = np.array(a, np.float64, order="C"), np.array(b, np.float64, order="C")
     if first.ndim < 2 or second.ndim < 2 or first.shape[-1] != second.shape[-2]:
         raise ValueError(f"cannot multiply matrices of shapes {first.shape} and {second.shape}")
+    if first.ndim == second.ndim == 2:
+        product = np.zeros((len(first), second.shape[1]))
+        multiply(first[None], second[None], product[None])
+        return product
     leading = np.broadcast_shapes(first.shape[:-2], second.shape[:-2])
     out = np.zeros((*leading, first.shape[-2], second.shape[-1]))
     stacks = (
-        np.ascontiguousarray(np.broadcast_to(one, (*leading, *one.shape[-2:])) if leading else one)
+        np.ascontiguousarray(np.broadcast_to(one, (*leading, *one.shape[-2:])))
         for one in (first, second)
     )
     count = math.prod(leading)

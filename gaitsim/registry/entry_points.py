@@ -11,8 +11,8 @@ import os
 import re
 import sys
 import threading
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
 from importlib.metadata import Distribution, EntryPoint, distributions
@@ -260,9 +260,8 @@ _active: dict[object, _Call] = {}  # in order of entry; each key is a unique obj
 _interrupted: list[_Call] = []
 
 
-@contextmanager
-def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
-    """Record which plugin is running, for `interrupted_plugin`.
+class plugin_context:  # named like contextlib.suppress; a generator takes five times as long
+    """Record which plugin is running in a block, for `interrupted_plugin`.
 
     If the plugin forks the process with `os.fork`, the child is killed at the end of the block:
     otherwise it would write to the same run and release this process's locks.
@@ -271,47 +270,53 @@ def plugin_context(entry: Entry, doing: str) -> Iterator[None]:
         entry: entry of the plugin.
         doing: task of the plugin, such as 'moving a population'.
     """
-    key, call = object(), _Call(entry, doing, os.getpid(), threading.get_ident())
-    _active[key] = call
-    try:
-        yield
-    except KeyboardInterrupt:
-        _interrupted.append(call)
-        raise
-    finally:
-        del _active[key]
+
+    def __init__(self, entry: Entry, doing: str) -> None:
+        self._entry, self._doing = entry, doing
+
+    def __enter__(self) -> None:
+        _active[self] = _Call(self._entry, self._doing, os.getpid(), threading.get_ident())
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: object
+    ) -> None:
+        call = _active.pop(self)
+        if isinstance(error, KeyboardInterrupt):
+            _interrupted.append(call)
         if os.getpid() != call.process:
-            text = f"{entry} called os.fork while {doing}; the child process is killed"
+            text = f"{call.entry} called os.fork while {call.doing}; the child process is killed"
             with suppress(OSError):
                 os.write(2, f"Warning: {text}\n".encode())  # the lock of sys.stderr may be held
             _end_process(2)
 
 
-@contextmanager
-def plugin_errors(entry: Entry, doing: str) -> Iterator[None]:
-    """Convert any exception of a plugin to a `GaitsimError` that names its package.
+class plugin_errors(plugin_context):
+    """Convert any exception of a plugin in a block to a `GaitsimError` that names its package.
 
     Args:
         entry: entry of the plugin.
         doing: task of the plugin, such as 'moving a population'.
     """
-    with plugin_context(entry, doing):
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, traceback: object
+    ) -> None:
+        entry, doing = self._entry, self._doing
         try:
-            yield
-            _check_descriptors(entry, doing)
-        except GaitsimError as error:
-            error.where = error.where or f"{entry}, {entry.target}"
-            raise
-        except (KeyboardInterrupt, GeneratorExit):
-            raise
-        except BaseException as error:  # also SystemExit: a plugin must not end the program
-            try:
-                reason = f"{type(error).__name__}: {error}".rstrip(": ")
-            except Exception:  # `__str__` may be the plugin's code
-                reason = type(error).__name__
-            failed = contract_error(entry, f"failed while {doing}: {reason}")
-            failed.where = entry.place_of(error)
-            raise failed from error
+            if error is None:
+                _check_descriptors(entry, doing)
+            elif isinstance(error, GaitsimError):
+                error.where = error.where or f"{entry}, {entry.target}"
+            elif not isinstance(error, KeyboardInterrupt | GeneratorExit):
+                try:
+                    reason = f"{type(error).__name__}: {error}".rstrip(": ")
+                except Exception:  # `__str__` may be the plugin's code
+                    reason = type(error).__name__
+                failed = contract_error(entry, f"failed while {doing}: {reason}")
+                failed.where = entry.place_of(error)
+                raise failed from error  # also for SystemExit: a plugin must not end the program
+        finally:
+            super().__exit__(kind, error, traceback)
 
 
 def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
@@ -356,7 +361,7 @@ def _check_descriptors(entry: Entry, doing: str) -> None:
 
     The next file that is opened would reuse the descriptor, and messages would be written to it.
     """
-    closed = [number for number in (1, 2) if _errors and not _is_open(number)]
+    closed = [number for number in (1, 2) if not _is_open(number)] if _errors else []
     for number in closed:
         with suppress(OSError):
             os.dup2(_errors[0], number)
