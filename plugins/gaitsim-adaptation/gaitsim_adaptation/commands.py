@@ -202,11 +202,6 @@ class Adapt(AdaptOptions):
         unset="the champion from which the atlas began",
         placeholder="RUN",
     )
-    figure: Path | None = option(
-        None,
-        "plot the trials to a PNG, SVG or PDF file, chosen by its extension",
-        placeholder="FILE",
-    )
     report: Path | None = option(
         None,
         "adapt to the loss of each leg in turn; write tables and figures to this folder",
@@ -237,13 +232,10 @@ class Adapt(AdaptOptions):
 
     def do(self) -> None:
         """Run the trials, propose a gait for the robot, or write the report on all leg losses."""
-        from gaitsim.plugin.pictures import check_target
         from gaitsim.plugin.runs import RunSnapshot
         from gaitsim_adaptation.record import default_name, normalise_damage
 
         self._check()
-        if self.figure is not None:
-            check_target(self.figure)
         run = RunSnapshot.find(self.atlas)
         if self.report is not None or self.pairs:
             self._report(run)
@@ -275,7 +267,7 @@ class Adapt(AdaptOptions):
         from gaitsim_adaptation.prior import DEFAULT_MEASURE
         from gaitsim_adaptation.view import write_report
 
-        others = (self.damage, self._of_robot, self.name, self.fresh, self.figure, self.visible)
+        others = (self.damage, self._of_robot, self.name, self.fresh, self.visible)
         write_report(
             run,
             self.report,
@@ -291,9 +283,7 @@ class Adapt(AdaptOptions):
     def _adapt(self, run: RunSnapshot, name: str) -> None:
         """Run the trials, or change the results of a robot and propose the next gait."""
         from gaitsim.plugin.commands import interruptible
-        from gaitsim.plugin.pictures import save
         from gaitsim.plugin.toolkit import damage_options
-        from gaitsim_adaptation.plots import adaptation_figure
         from gaitsim_adaptation.view import AdaptationView
 
         words = [
@@ -317,9 +307,6 @@ class Adapt(AdaptOptions):
                     if best is not None and best.genome:
                         file = _gait_file(adaptation, best, "best")
                     view.print_result(file)
-                if self.figure is not None:
-                    save(adaptation_figure(adaptation), self.figure)
-                    view.print_figure(self.figure)
         except KeyboardInterrupt:
             if self.interactive:
                 echo("")  # ends the line of the question

@@ -6,7 +6,6 @@ import zlib
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import ClassVar
@@ -190,53 +189,13 @@ def make_report(
             f"{path} contains a report on a different atlas or with different options",
             remedy=_REMEDY,
         )
-    begun = replace(found or wanted, reference=reference)
-    if found and found != begun:
-        _write(path, begun)
-    report = complete_report(
-        run,
-        prior,
-        begun,
-        damages,
-        save=partial(_write, path),
-        workers=workers,
-        on_atlas=on_atlas,
-        on_case=on_case,
-    )
-    known = {case.damage: case for case in report.cases}
-    return replace(report, cases=tuple(known[damage] for damage in damages))
-
-
-def complete_report(
-    run: RunSnapshot,
-    prior: Prior,
-    report: AdaptationReport,
-    damages: Sequence[tuple[str, ...]],
-    *,
-    save: Callable[[AdaptationReport], object] = lambda report: None,
-    cached: bool = True,
-    workers: int | None = None,
-    on_atlas: OnProgress = lambda done: None,
-    on_case: OnSteps = lambda done, total: None,
-) -> AdaptationReport:
-    """Add the measurements on the intact body and the adaptations that a report lacks.
-
-    Args:
-        run: run of the atlas.
-        prior: map of the atlas for its own body.
-        report: report to complete.
-        damages: cases that it must have.
-        save: called with the report after each step.
-        cached: whether measurements on the intact twin are stored in the run's folder.
-        workers: number of gaits tried at a time; None for the number of cores.
-        on_atlas: called with the number of gaits measured on the intact body since the last call.
-        on_case: called whenever a case finishes.
-    """
-    physics = report.place == "physics"
+    report = replace(found or wanted, reference=reference)
+    if found and found != report:
+        _write(path, report)
     stopped = threading.Event()
 
     def stoppable_robot(damage: Sequence[str]) -> MeasureGait:
-        robot = simulated_robot(prior.experiment, damage, report.measure, physics=physics)
+        robot = simulated_robot(prior.experiment, damage, measure, physics=physics)
 
         def measure_gait(individual: Individual) -> float:
             if stopped.is_set():
@@ -248,12 +207,11 @@ def complete_report(
     with ThreadPoolExecutor(workers or cores(), "gaitsim") as pool:
         try:
             if not report.intact:
-                found = {most_promising(prior, 1)[0]: prior.best}
+                intact = {most_promising(prior, 1)[0]: prior.best}
                 if physics:
-                    robot = stoppable_robot(())
-                    found = measure_intact(run, prior, robot, pool, on_atlas, cached=cached)
-                report = replace(report, intact=found)
-                save(report)
+                    intact = measure_intact(run, prior, stoppable_robot(()), pool, on_atlas)
+                report = replace(report, intact=intact)
+                _write(path, report)
             if physics:
                 prior = transfer_map(prior, report.intact)
             known = {case.damage: case for case in report.cases}
@@ -269,12 +227,12 @@ def complete_report(
                 known[done.result().damage] = done.result()
                 ordered = [*filter(known.__contains__, damages), *(known.keys() - {*damages})]
                 report = replace(report, cases=tuple(known[damage] for damage in ordered))
-                save(report)
+                _write(path, report)
                 on_case(len(known), len({*damages, *known}))
         finally:
             stopped.set()
             pool.shutdown(cancel_futures=True)
-    return report
+    return replace(report, cases=tuple(known[damage] for damage in damages))
 
 
 class _StoppedError(Exception):
@@ -340,12 +298,6 @@ def _inconsistency(report: AdaptationReport, members: int) -> str:
 
 def _write(path: Path, report: AdaptationReport) -> None:
     write_bytes(path, _REPORT.dump_json(report, indent=1) + b"\n", follow=False)
-
-
-def figure_names(report: AdaptationReport) -> list[str]:
-    """Return the files of the figures of a report."""
-    pairs = any(len(case.damage) == 2 for case in report.cases)
-    return ["kept.svg", *(["pairs.svg"] if pairs else [])]
 
 
 TRIALS, SUMMARY = "trials.csv", "report.md"

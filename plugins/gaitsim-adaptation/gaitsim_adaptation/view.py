@@ -27,7 +27,6 @@ from gaitsim_adaptation.report import (
     SUMMARY,
     TRIALS,
     AdaptationReport,
-    figure_names,
     make_report,
     summary,
     trials_table,
@@ -137,12 +136,6 @@ class AdaptationView:
         for meaning, line in commands.items():
             output().print(f"  {line}  # {meaning}", style="dim")
 
-    def print_figure(self, file: Path) -> None:
-        """Report the file of a plot."""
-        report_files(file)
-        if not self._json:
-            echo(file)
-
     def _prediction(self, one: Proposal) -> str:
         return (
             f"trial {one.number:>2}  {_of(one)}  expected {one.expected:6.3f} ± "
@@ -243,10 +236,12 @@ def _compute(
 
 def _write(report: AdaptationReport, name: str, folder: Path) -> None:
     heading = f"{name}, {'physics' if report.place == 'physics' else 'simulation'}"
-    figures = figure_names(report)
-    for file, draw in zip(figures, (kept_figure, pairs_figure), strict=False):
+    figures = {"kept.svg": kept_figure}
+    if any(len(case.damage) == 2 for case in report.cases):
+        figures["pairs.svg"] = pairs_figure
+    for file, draw in figures.items():
         save(draw(report, heading), folder / file)
-    text = summary(report, name, figures)
+    text = summary(report, name, [*figures])
     write_bytes(folder / TRIALS, trials_table(report).encode())
     write_bytes(folder / SUMMARY, text.encode())
     echo(text.split("\n\n!")[0].rstrip())

@@ -1,4 +1,4 @@
-"""`verify` finds every change in the file of an adaptation, and in a report on lost legs."""
+"""`verify` finds every change in the file of an adaptation."""
 
 import json
 import shutil
@@ -12,11 +12,8 @@ from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.verifying import verify_files
 from gaitsim_adaptation.adaptation import open_adaptation
 from gaitsim_adaptation.prior import atlas_members, cache_key, write_intact
-from gaitsim_adaptation.report import figure_names, make_report, summary, trials_table
-from gaitsim_adaptation.settings import AdaptationSettings
 
 SETTINGS = {"trials": 5, "stop": 1.5}
-SHORT = AdaptationSettings(3, stop=2.0)
 
 
 @pytest.fixture(params=["simulation", "robot"])
@@ -170,91 +167,3 @@ def test_a_file_elsewhere_needs_its_atlas(file, atlas, tmp_path, gaitsim):
     assert "only adaptations" in gaitsim("verify", "atlas", "--atlas", "atlas", code=2).stderr
     assert gs.verify(file).identical
     assert "verify each of its files" in gaitsim("verify", "atlas", "--workers", 1).stdout
-
-
-@pytest.fixture
-def report(atlas, tmp_path, once):
-    """The folder of a report on all leg losses, without its figures."""
-    folder = tmp_path / "losses"
-
-    def create():
-        write_tables(folder, make_report(RunSnapshot(atlas), folder, pairs=True, settings=SHORT))
-
-    return once("report on losses", folder, create)
-
-
-def write_tables(folder, made):
-    (folder / "trials.csv").write_text(trials_table(made))
-    (folder / "report.md").write_text(summary(made, "atlas", figure_names(made)))
-
-
-def test_an_untouched_report_is_identical(report, atlas, gaitsim):
-    verdict = verified(report, atlas=str(atlas), everything=True)
-    assert verdict.identical, verdict.differences
-    assert (verdict.complete, len(verdict.again)) == (True, 6)
-    answer = gaitsim("verify", "losses", "--atlas", "atlas").stdout
-    assert answer.startswith("losses: identical\n6 of 6 cases measured again: 1 to 6\n")
-    assert "--atlas" in gaitsim("verify", "losses", code=2).stderr
-    # Repeated without its pairs, a report keeps them, and its tables do not show them.
-    write_tables(
-        report, make_report(RunSnapshot(atlas), report, settings=AdaptationSettings(3, stop=2.0))
-    )
-    assert verified(report, atlas=str(atlas)).identical
-    (report / "report.md").unlink()
-    verdict = verified(report, atlas=str(atlas))
-    assert (verdict.identical, verdict.complete) == (True, False)
-    assert "not finished" in verdict.notes[0]
-
-
-def in_report(change):
-    def tamper(folder):
-        content = json.loads((folder / "report.json").read_text())
-        change(content)
-        (folder / "report.json").write_text(json.dumps(content))
-
-    return tamper
-
-
-def in_case(change):
-    return in_report(lambda report: change(report["cases"][4]))
-
-
-def in_trial(name, by):
-    def change(case):
-        case["trials"][1][name] += by
-
-    return in_case(change)
-
-
-def replaced(name, old, new):
-    def tamper(folder):
-        text = (folder / name).read_text()
-        assert old in text
-        (folder / name).write_text(text.replace(old, new, 1))
-
-    return tamper
-
-
-def random_result(case):
-    case["random"][1] += 1e-9
-
-
-REPORT_TAMPERINGS = {
-    "a measured value": in_case(lambda case: case["trials"][1].update(values=[0.1])),
-    "an expected value": in_trial("expected", 1e-9),
-    "a random gait": in_case(random_result),
-    "a trial deleted": in_case(lambda case: (case["trials"].pop(), case["random"].pop())),
-    "a changed gait": in_case(lambda case: case["trials"][-1].update(genome=[0.1])),
-    "a case deleted": in_report(lambda report: report["cases"].pop(1)),
-    "the intact body": in_report(lambda report: report.update(intact={"1": 3.0})),
-    "another atlas": in_report(set_to("atlas", "0" * 64)),
-    "the table": replaced("trials.csv", "random", "adaptation"),
-    "the summary": replaced("report.md", "| A |", "| B |"),
-}
-
-
-@pytest.mark.sampled
-@pytest.mark.parametrize("tamper", REPORT_TAMPERINGS.values(), ids=REPORT_TAMPERINGS)
-def test_tampering_with_a_report_is_found(report, atlas, tamper):
-    tamper(report)
-    assert not verified(report, atlas=str(atlas)).identical

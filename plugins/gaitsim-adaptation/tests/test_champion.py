@@ -10,10 +10,9 @@ import pytest
 import gaitsim as gs
 from gaitsim.errors import GaitsimError
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.verifying import verify_files
 from gaitsim_adaptation import trials
 from gaitsim_adaptation.prior import poverty, read_prior
-from gaitsim_adaptation.report import figure_names, make_report, summary, trials_table
+from gaitsim_adaptation.report import make_report, summary, trials_table
 from gaitsim_adaptation.settings import AdaptationSettings
 
 LOST = ("adapt", "atlas", "--damage", "A lost", "--trials", 2)
@@ -58,7 +57,7 @@ def test_a_report_on_an_atlas_that_began_from_a_champion_shows_its_share(rival, 
     folder, run = tmp_path / "losses", RunSnapshot(tmp_path / "begun")
     made = make_report(run, folder, settings=AdaptationSettings(2))
     assert (made.reference.run, made.reference.performance) == ("", pytest.approx(rival))
-    text = summary(made, "begun", figure_names(made))
+    text = summary(made, "begun")
     assert f"| of {rival:.3g} m | kept |" in text
     best = made.cases[0].best.measured
     assert f"| A | {len(made.cases[0].trials)} | {best:.3g} | {best / rival:.0%} |" in text
@@ -66,14 +65,8 @@ def test_a_report_on_an_atlas_that_began_from_a_champion_shows_its_share(rival, 
     assert header.endswith("measured,kept,of champion")
     measured, _, of_champion = map(float, first.split(",")[-3:])
     assert of_champion == pytest.approx(measured / rival)
-    (folder / "trials.csv").write_text(trials_table(made))
-    (folder / "report.md").write_text(text)
-    assert verify_files(str(folder), atlas="begun").identical
     file = folder / "report.json"
     stored = json.loads(file.read_text())
-    stored["reference"]["performance"] *= 2
-    file.write_text(json.dumps(stored))
-    assert any("began" in one.what for one in verify_files(str(folder), atlas="begun").differences)
     stored["reference"]["performance"] = 0
     file.write_text(json.dumps(stored))
     with pytest.raises(GaitsimError, match="is damaged"):
