@@ -67,7 +67,7 @@ class _Ways:
     def __init__(self, threads: int) -> None:
         self._ways = [
             (number, size)
-            for size in (IN_CACHE, 2 * IN_CACHE)
+            for size in (IN_CACHE, IN_CACHE // 2, 2 * IN_CACHE)
             for number in dict.fromkeys((threads, 1))
         ]
         self._seconds: dict[tuple[int, int, int], float] = {}  # by individuals, threads, chunk

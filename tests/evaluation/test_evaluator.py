@@ -36,20 +36,21 @@ def test_threads_give_the_same_bits_as_none(workers, population):
     genomes.setflags(write=False)
     with Evaluator(experiment, 1) as one, Evaluator(experiment, workers) as many:
         many.prepare()
-        for _ in range(6):  # in all ways of dividing the population
+        for _ in range(8):  # in all ways of dividing the population
             assert_same(one.evaluate(genomes), many.evaluate(genomes))
 
 
 def test_the_quickest_way_to_divide_a_population_is_chosen_by_measurement():
     ways, seconds = module._Ways(2), {(2, 100): 3.0, (1, 100): 2.0, (2, 200): 5.0, (1, 200): 4.0}
+    seconds |= {(2, 50): 7.0, (1, 50): 6.0}
     chosen = []
     for _ in range(module.AGAIN - 1):
         chosen.append(ways.choose(300))
         ways.learn(300, chosen[-1], seconds[chosen[-1]] / 1000)
-    assert set(chosen[:4]) == set(seconds)
-    assert set(chosen[4:]) == {(1, 100)}
+    assert set(chosen[:6]) == set(seconds)
+    assert set(chosen[6:]) == {(1, 100)}
     seconds[1, 100] = 9.0  # another program slows it down for good
-    for _ in range(200):
+    for _ in range(10 * module.AGAIN):
         chosen.append(ways.choose(300))
         ways.learn(300, chosen[-1], seconds[chosen[-1]] / 1000)
     assert chosen[-1] == (2, 100)
