@@ -16,65 +16,13 @@ A session in Python, from a preset to a file:
 """
 
 # Under a private name, as some editors offer all names of the file for completion.
-import typing as _typing
+from gaitsim import surface as _surface
 
-if _typing.TYPE_CHECKING:
-    from gaitsim.api import (
-        Individual as Individual,
-        Run as Run,
-        RunningSearch as RunningSearch,
-        analyse as analyse,
-        evolve as evolve,
-        export as export,
-        load as load,
-        picture as picture,
-        presets as presets,
-        runs as runs,
-        share as share,
-        verify as verify,
-        view as view,
-    )
-    from gaitsim.contracts import (
-        BitSpace as BitSpace,
-        Fitness as Fitness,
-        Motion as Motion,
-        Organism as Organism,
-        RealSpace as RealSpace,
-    )
-    from gaitsim.errors import GaitsimError as GaitsimError
-    from gaitsim.evaluating import evaluate as evaluate
-    from gaitsim.evaluation import Evaluation as Evaluation
-    from gaitsim.evolution import Generation as Generation
-    from gaitsim.experiment import (
-        Experiment as Experiment,
-        load_experiment as load_experiment,
-    )
-    from gaitsim.individual import Member as Member
-    from gaitsim.optimiser import Optimiser as Optimiser
-    from gaitsim.registry.python_plugins import scalar as scalar
-    from gaitsim.sharing.challenge import Challenge as Challenge
-
-# Imported at first use: `gaitsim --help` needs none of these modules, nor NumPy.
-_NAMES = {
-    "gaitsim.api": (
-        "Individual Run RunningSearch analyse evolve export load picture presets runs share "
-        "verify view"
-    ),
-    "gaitsim.contracts": "BitSpace Fitness Motion Organism RealSpace",
-    "gaitsim.errors": "GaitsimError",
-    "gaitsim.evaluating": "evaluate",
-    "gaitsim.evaluation": "Evaluation",
-    "gaitsim.evolution": "Generation",
-    "gaitsim.experiment": "Experiment load_experiment",
-    "gaitsim.individual": "Member",
-    "gaitsim.optimiser": "Optimiser",
-    "gaitsim.registry.python_plugins": "scalar",
-    "gaitsim.sharing.challenge": "Challenge",
-}
-_MODULES = {name: module for module, names in _NAMES.items() for name in names.split()}
-__all__ = [*_MODULES]  # noqa: PLE0604 - names, which a linter cannot see
+# The stub lists the names, which are imported at first use: `gaitsim --help` needs none of these
+# modules, nor NumPy.
+_load, _names = _surface.offer(__name__, __file__)
+__all__ = _names()  # noqa: PLE0605 - names, which a linter cannot see
 # Packages add functions by the entry points `gaitsim.python`.
-
 
 # Names that users guess for others; each thing has one name.
 _GUESSED = {
@@ -91,8 +39,8 @@ _GUESSED = {
 }
 
 
-def __getattr__(name: str) -> _typing.Any:
-    if name not in _MODULES:
+def __getattr__(name: str) -> object:
+    if name not in __all__:
         from gaitsim.errors import nearest
 
         if not name.startswith("_"):
@@ -109,9 +57,7 @@ def __getattr__(name: str) -> _typing.Any:
         hint = f"use gaitsim.{_GUESSED[name]}" if name in _GUESSED else close
         text = f"module 'gaitsim' has no attribute {name!r}"
         raise AttributeError(f"{text}: {hint}" if hint else text)
-    from importlib import import_module
-
-    return getattr(import_module(_MODULES[name]), name)
+    return _load(name)
 
 
 def __dir__() -> list[str]:

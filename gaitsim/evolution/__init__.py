@@ -1,19 +1,11 @@
 """The evolution loop, an iterator of frozen generations: ask, evaluate, tell."""
 
-from gaitsim.evolution.islands import ParallelMap, island_map
-from gaitsim.evolution.loop import Generation, advance, evolve, reevaluate
-from gaitsim.evolution.searching import ask, first_population
-from gaitsim.stopping import SearchProgress, stop_reason
-
-__all__ = [
-    "Generation",
-    "ParallelMap",
-    "SearchProgress",
-    "advance",
-    "ask",
-    "evolve",
-    "first_population",
-    "island_map",
-    "reevaluate",
-    "stop_reason",
-]
+from gaitsim.evolution.islands import ParallelMap as ParallelMap, island_map as island_map
+from gaitsim.evolution.loop import (
+    Generation as Generation,
+    advance as advance,
+    evolve as evolve,
+    reevaluate as reevaluate,
+)
+from gaitsim.evolution.searching import ask as ask, first_population as first_population
+from gaitsim.stopping import SearchProgress as SearchProgress, stop_reason as stop_reason

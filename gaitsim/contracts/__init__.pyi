@@ -1,0 +1,72 @@
+"""The contracts of plugins: the base classes that plugins extend, and the types that they use."""
+
+from gaitsim.contracts.conditions import (
+    SEED as SEED,
+    WORLD_HELP as WORLD_HELP,
+    Condition as Condition,
+    Terrain as Terrain,
+    check_world as check_world,
+)
+from gaitsim.contracts.motion import (
+    Array as Array,
+    Channel as Channel,
+    Measure as Measure,
+    Motion as Motion,
+    Skeleton as Skeleton,
+)
+from gaitsim.contracts.organism import (
+    BodyFile as BodyFile,
+    Facts as Facts,
+    FittedGait as FittedGait,
+    Organism as Organism,
+)
+from gaitsim.contracts.plugin import (
+    Plugin as Plugin,
+    folder_of as folder_of,
+    option as option,
+    roots_of as roots_of,
+)
+from gaitsim.contracts.product import (
+    Exported as Exported,
+    Exporter as Exporter,
+    Names as Names,
+    Pair as Pair,
+    Plot as Plot,
+    Product as Product,
+    Subject as Subject,
+    Window as Window,
+)
+from gaitsim.contracts.reflex import (
+    COMMAND as COMMAND,
+    OBSERVATIONS as OBSERVATIONS,
+    SAMPLES as SAMPLES,
+    Controller as Controller,
+    Inputs as Inputs,
+    Legs as Legs,
+    Observation as Observation,
+    Reflex as Reflex,
+    Rhythm as Rhythm,
+)
+from gaitsim.contracts.rig import Link as Link, Rig as Rig, Solid as Solid
+from gaitsim.contracts.search import (
+    Context as Context,
+    Crossover as Crossover,
+    Fitness as Fitness,
+    Members as Members,
+    Mutation as Mutation,
+    Operators as Operators,
+    Results as Results,
+    Search as Search,
+    Selection as Selection,
+    State as State,
+)
+from gaitsim.contracts.space import (
+    BitSpace as BitSpace,
+    Genomes as Genomes,
+    GenomeSpace as GenomeSpace,
+    RealSpace as RealSpace,
+)
+from gaitsim.contracts.steering import (
+    Command as Command,
+    Steered as Steered,
+)
