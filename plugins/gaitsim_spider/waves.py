@@ -9,7 +9,6 @@ from numpy.typing import NDArray
 
 from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos, cos, sin
 
-
 _SPIDERS, _JOINTS, _FRAMES = 4, 24, 20
 
 
