@@ -296,7 +296,7 @@ def export(subject: Shown, path: str | Path, format: str | None = None, **option
         subject: an individual, such as a run's champion, `run.replay(12)` or
             `run.replay(world={...})`; or a run, its folder or its name, for its champion or for a
             format that needs a whole run, such as 'atlas'.
-        path: path of the file, or of a folder for some formats, such as 'arduino' and 'rosbag2'.
+        path: path of the file, or of a folder for some formats, such as 'arduino' and 'c'.
         format: a format listed by `gaitsim export --help`, such as 'mat', 'motion', 'arduino' or
             'ros2'; None takes the format from the file's extension.
         **options: options of the format, such as `calibration`, `keyframe_ms`, `speed`, `clip`,

@@ -174,7 +174,7 @@ for package in sorted(root.glob("gaitsim*/")):
                 missing.add(error.name)
 print(*sorted(missing))
 """
-EXTRAS = {"aiohttp", "dask", "distributed", "pybullet", "rosbags", "tensorboardX", "textual_serve"}
+EXTRAS = {"aiohttp", "dask", "distributed", "pybullet", "tensorboardX", "textual_serve"}
 
 
 def test_all_modules_of_the_wheel_import_without_extras(installed: Path, tmp_path: Path) -> None:

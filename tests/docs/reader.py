@@ -67,7 +67,6 @@ ENDLESS = {
 EXTRAS = {
     "--engine bullet": "pybullet",
     "--format tensorboard": "tensorboardX",
-    "--format rosbag2": "rosbags",
     "--dask": "distributed",
     ".parquet": "pyarrow",
     "gaitsim serve": "textual_serve",

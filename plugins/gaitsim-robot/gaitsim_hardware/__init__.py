@@ -37,29 +37,9 @@ class Ros2(JointExporter):
 
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the goal."""
-        from gaitsim_hardware.exporting import export_trajectory
+        from gaitsim_hardware.ros import export_goal
 
-        return export_trajectory(subject.individual, path, self.keyframe_ms, self.speed, bag=False)
-
-
-class Rosbag2(JointExporter):
-    """A gait as a rosbag2 recording, which ROS 2 plays."""
-
-    title: ClassVar[str] = "ROS 2 bag"
-    suffix: ClassVar[str] = ""
-
-    def check(self, individual: "Individual") -> None:
-        """Check that the body has joint angles, and that the package rosbags is installed."""
-        from gaitsim_hardware.ros import check_installed
-
-        super().check(individual)
-        check_installed()
-
-    def write(self, subject: Subject, path: Path) -> Exported:
-        """Write the folder."""
-        from gaitsim_hardware.exporting import export_trajectory
-
-        return export_trajectory(subject.individual, path, self.keyframe_ms, self.speed, bag=True)
+        return export_goal(subject.individual, path, self.keyframe_ms, self.speed)
 
 
 class CalibratedExporter(JointExporter):

@@ -10,7 +10,6 @@ from gaitsim.plugin.gait import Gait, frames_before_fall, gait_of
 from gaitsim.plugin.runs import Individual
 from gaitsim_hardware.arduino import (
     FLASH,
-    Sketch,
     check_standing,
     create_controller_sketch,
     create_receiver_sketch,
@@ -23,39 +22,12 @@ from gaitsim_hardware.calibration import Calibration, default_calibration
 from gaitsim_hardware.calibration_file import read_calibration, write_template
 from gaitsim_hardware.keyframes import (
     Keyframes,
-    Loop,
     find_loop,
     keyframes_of,
-    write_degrees,
-    write_ticks,
+    write_table,
 )
-from gaitsim_hardware.ros import MAX_ARGUMENT, trajectory_of, write_bag, write_goal
 
 MOST_STREAMED = 64  # joints whose pulses and status fit into 20 ms at 115200 baud
-
-
-def export_trajectory(
-    individual: Individual, path: Path, keyframe_ms: int | None, speed: float, *, bag: bool
-) -> Exported:
-    """Write the gait of an individual as the goal of a ROS 2 action, or as a rosbag2 folder."""
-    gait = gait_of(individual)
-    trajectory = trajectory_of(gait, keyframe_ms, speed)
-    points, joints = trajectory.positions.shape
-    seconds = trajectory.nanoseconds[-1] / 1e9
-    summary = f"{points} points × {joints} joints in {seconds:g} s, radians"
-    notices = fall_notices(individual)
-    if bag:
-        write_bag(trajectory, path)
-        return Exported(summary, notices)
-    size = write_goal(trajectory, path)
-    if size >= MAX_ARGUMENT:
-        notices = (
-            *notices,
-            f"the file is too long for a command-line argument: it has {size:,} bytes, and Linux "
-            f"allows fewer than {MAX_ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or newer), or "
-            "use fewer points with --keyframe-ms",
-        )
-    return Exported(summary, notices)
 
 
 def export_keyframes(
@@ -86,11 +58,26 @@ def export_keyframes(
         calibration, assumed = _calibration(individual, gait, format, calibration)
     loop = find_loop(gait.angles, gait.frame_rate) if format == "arduino" else None
     keyframes = keyframes_of(gait, calibration, keyframe_ms, speed=speed, clip=clip, loop=loop)
+    count, joints = keyframes.degrees.shape
     if format == "arduino":
         sketch = create_sketch(keyframes, calibration, name, individual.title)
-        summary = _write_sketch(sketch, path, keyframes, loop, speed)
+        write_sketch(sketch, path)
+        played = "played once, as no part of the gait repeats"
+        if loop is not None:
+            repeats = f"that repeats to within {np.degrees(loop.error):.2f}°"
+            played = f"a loop of {loop.period / speed:.3f} s {repeats}"
+        about = (
+            f"every {keyframes.interval * 1000:.3g} ms, {played}; {sketch.flash:,} bytes of flash "
+            f"(at most {FLASH:,}), for {sketch.boards} PCA9685 board{'s' * (sketch.boards > 1)}"
+        )
     else:
-        summary = _write_table(keyframes, calibration, format, path)
+        unit = "degrees" if format == "servo" else "goal positions by id"
+        write_table(keyframes, calibration, format, path)
+        about = f"in {keyframes.milliseconds[-1] / 1000:g} s, {unit}"
+    summary = (
+        f"{count} keyframes × {joints} joints {about}; at most {keyframes.deviation:.2f}° from the "
+        "gait"
+    )
     notices = (assumed, _unchecked(calibration), _clipped(keyframes))
     return Exported(summary, (*fall_notices(individual), *filter(None, notices)))
 
@@ -224,36 +211,4 @@ def _calibration(
         f"no calibration: assumed {addresses} in the order of the joints, and {name or 'hobby'} "
         f"servos that are centred in the standing pose{speed}. Create a calibration with "
         f"--calibration-template FILE before you play this file on a robot"
-    )
-
-
-def _write_sketch(
-    sketch: Sketch, path: Path, keyframes: Keyframes, loop: Loop | None, speed: float
-) -> str:
-    """Write a sketch; return its description."""
-    write_sketch(sketch, path)
-    count, joints = keyframes.degrees.shape
-    played = "played once, as no part of the gait repeats"
-    if loop is not None:
-        repeats = f"that repeats to within {np.degrees(loop.error):.2f}°"
-        played = f"a loop of {loop.period / speed:.3f} s {repeats}"
-    return (
-        f"{count} keyframes × {joints} joints every {keyframes.interval * 1000:.3g} ms, {played}; "
-        f"{sketch.flash:,} bytes of flash (at most {FLASH:,}), for {sketch.boards} "
-        f"PCA9685 board{'s' * (sketch.boards > 1)}; at most {keyframes.deviation:.2f}° from the "
-        "gait"
-    )
-
-
-def _write_table(keyframes: Keyframes, calibration: Calibration, format: str, path: Path) -> str:
-    """Write a table; return its description."""
-    unit = "degrees" if format == "servo" else "goal positions by id"
-    if format == "servo":
-        write_degrees(keyframes, path)
-    else:
-        write_ticks(keyframes, calibration, path)
-    count, joints = keyframes.degrees.shape
-    return (
-        f"{count} keyframes × {joints} joints in {keyframes.milliseconds[-1] / 1000:g} s, {unit}; "
-        f"at most {keyframes.deviation:.2f}° from the gait"
     )

@@ -294,28 +294,20 @@ def _differences(angles: Floats) -> Floats:
     return np.array(found)
 
 
-def write_degrees(keyframes: Keyframes, path: Path) -> None:
-    """Write servo angles as CSV, atomically.
+def write_table(keyframes: Keyframes, calibration: Calibration, format: str, path: Path) -> None:
+    """Write angles (format 'servo') or goal positions of servos as CSV, atomically.
 
-    The columns are `time_ms`, then one for each joint, in degrees.
+    The columns are `time_ms`, then one for each joint, in degrees, or for each servo, named after
+    its id.
     """
-    rows = [[f"{angle:.{DECIMALS}f}" for angle in row] for row in keyframes.degrees.tolist()]
-    _write(keyframes, keyframes.joint_names, rows, path)
-
-
-def write_ticks(keyframes: Keyframes, calibration: Calibration, path: Path) -> None:
-    """Write the goal positions of servos on a bus as CSV, atomically.
-
-    The columns are `time_ms`, then one for each servo, named after its id.
-    """
-    ids = [str(joint.id) for joint in calibration.joints.values()]
-    _write(keyframes, ids, calibration.ticks(keyframes.degrees).tolist(), path)
-
-
-def _write(
-    keyframes: Keyframes, names: Sequence[str], rows: Sequence[Sequence[object]], path: Path
-) -> None:
     check_folder(path)
+    names: Sequence[str] = keyframes.joint_names
+    rows: list[list[object]] = [
+        [f"{angle:.{DECIMALS}f}" for angle in row] for row in keyframes.degrees.tolist()
+    ]
+    if format != "servo":
+        names = [str(joint.id) for joint in calibration.joints.values()]
+        rows = calibration.ticks(keyframes.degrees).tolist()
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["time_ms", *names])

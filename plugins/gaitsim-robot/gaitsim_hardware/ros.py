@@ -1,18 +1,16 @@
-"""Gaits for ROS 2: trajectories that end in the standing pose, and rosbag2 recordings."""
+"""Gaits for ROS 2: trajectories that end in the standing pose, as goals of an action."""
 
 import json
-import os
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin import GaitsimError, RunError, not_installed
-from gaitsim.plugin.gait import Gait, check_folder, check_parent
-from gaitsim.plugin.runs import draft_folder, sync_folder, write_bytes, writing
+from gaitsim.plugin import Exported, GaitsimError
+from gaitsim.plugin.gait import Gait, check_folder, gait_of
+from gaitsim.plugin.runs import Individual, write_bytes
+from gaitsim_hardware.exporting import fall_notices
 from gaitsim_hardware.keyframes import check_playback, interpolate
 
 Floats = NDArray[np.float64]
@@ -40,6 +38,26 @@ class Trajectory:
     nanoseconds: NDArray[np.int64]
     positions: Floats
     velocities: Floats
+
+
+def export_goal(
+    individual: Individual, path: Path, keyframe_ms: int | None, speed: float
+) -> Exported:
+    """Write the gait of an individual as the goal of a ROS 2 action; options of `trajectory_of`."""
+    check_folder(path)
+    trajectory = trajectory_of(gait_of(individual), keyframe_ms, speed)
+    data = format_goal(trajectory).encode()
+    write_bytes(path, data)
+    points, joints = trajectory.positions.shape
+    seconds, notices = trajectory.nanoseconds[-1] / 1e9, fall_notices(individual)
+    if len(data) >= MAX_ARGUMENT:
+        notices = (
+            *notices,
+            f"the file is too long for a command-line argument: it has {len(data):,} bytes, and "
+            f"Linux allows fewer than {MAX_ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or "
+            "newer), or use fewer points with --keyframe-ms",
+        )
+    return Exported(f"{points} points × {joints} joints in {seconds:g} s, radians", notices)
 
 
 def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0) -> Trajectory:
@@ -71,8 +89,8 @@ def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0
     return Trajectory(
         gait.joint_names,
         np.rint(np.append(seconds, end) * 1e9).astype(np.int64),
-        np.ascontiguousarray(np.vstack([positions, gait.standing])),
-        np.ascontiguousarray(np.vstack([velocities, np.zeros_like(gait.standing)])),
+        np.vstack([positions, gait.standing]),
+        np.vstack([velocities, np.zeros_like(gait.standing)]),
     )
 
 
@@ -94,14 +112,6 @@ def format_goal(trajectory: Trajectory) -> str:
     return "\n".join(lines) + "\n"
 
 
-def write_goal(trajectory: Trajectory, path: Path) -> int:
-    """Write the goal of a trajectory as YAML, atomically, and return its size in bytes."""
-    check_folder(path)
-    data = format_goal(trajectory).encode()
-    write_bytes(path, data)
-    return len(data)
-
-
 def _format_numbers(values: Floats, decimals: int) -> str:
     return ", ".join(f"{value:.{decimals}f}" for value in (np.round(values, decimals) + 0.0))
 
@@ -109,85 +119,3 @@ def _format_numbers(values: Floats, decimals: int) -> str:
 def _ramp_duration(pose: Floats, standing: Floats) -> float:
     """Return the duration of a ramp between two poses, s."""
     return max(MIN_RAMP, float(np.abs(pose - standing).max()) / RAMP_SPEED)
-
-
-COMMAND_TOPIC = "/joint_trajectory_controller/joint_trajectory"
-STATE_TOPIC = "/joint_states"
-VERSION = 8  # the newest version that ROS 2 Humble reads
-_SUFFIXES = (".db3", ".yaml")
-
-
-def write_bag(trajectory: Trajectory, path: Path) -> None:
-    """Write a rosbag2 folder in SQLite format, which ROS 2 Humble and all newer releases can play.
-
-    The bag contains the whole trajectory as one `trajectory_msgs/JointTrajectory`, on the topic
-    that a `joint_trajectory_controller` reads. For visualisation, it also contains the positions
-    as `sensor_msgs/JointState`, one message per point. An existing bag at `path` is replaced.
-    """
-    check_installed()
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    _check_target(path)
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    with writing(path), draft_folder(path.parent) as draft:
-        bag = draft / path.name  # a bag names its files after its folder
-        with Writer(bag, version=VERSION, storage_plugin=StoragePlugin.SQLITE3) as writer:
-            _write_messages(writer, store, trajectory)
-        shutil.rmtree(path, ignore_errors=True)
-        bag.replace(path)
-        sync_folder(path.parent)
-
-
-def check_installed() -> None:
-    """Raise an error if the package rosbags is not installed."""
-    try:
-        import rosbags.rosbag2  # noqa: F401
-    except ImportError as error:
-        raise not_installed(
-            "a rosbag2", error.name, "ros", source="gaitsim-robot", where="--format rosbag2"
-        ) from None
-
-
-def _write_messages(writer: Any, store: Any, trajectory: Trajectory) -> None:
-    types = store.types
-    header, stamp = types["std_msgs/msg/Header"], types["builtin_interfaces/msg/Time"]
-    duration = types["builtin_interfaces/msg/Duration"]
-    point = types["trajectory_msgs/msg/JointTrajectoryPoint"]
-    command, state = "trajectory_msgs/msg/JointTrajectory", "sensor_msgs/msg/JointState"
-    empty = trajectory.positions[0, :0]
-    names = list(trajectory.joint_names)
-    rows = [
-        (divmod(time, 10**9), time, position, velocity)
-        for time, position, velocity in zip(
-            trajectory.nanoseconds.tolist(),
-            trajectory.positions,
-            trajectory.velocities,
-            strict=True,
-        )
-    ]
-    points = [
-        point(position, velocity, empty, empty, duration(*parts))
-        for parts, _, position, velocity in rows
-    ]
-    # The time 0 in the header makes the controller start when the message arrives.
-    message = types[command](header(stamp(0, 0), ""), names, points)
-    commands = writer.add_connection(COMMAND_TOPIC, command, typestore=store)
-    writer.write(commands, 0, store.serialize_cdr(message, command))
-    states = writer.add_connection(STATE_TOPIC, state, typestore=store)
-    for parts, time, position, velocity in rows:
-        message = types[state](header(stamp(*parts), ""), names, position, velocity, empty)
-        writer.write(states, time, store.serialize_cdr(message, state))
-
-
-def _check_target(path: Path) -> None:
-    """Raise an error if a path exists and is not a bag."""
-    check_parent(path)
-    if not os.path.lexists(path):
-        return
-    bag = path.is_dir() and not path.is_symlink() and (path / "metadata.yaml").is_file()
-    if not bag or any(file.suffix not in _SUFFIXES for file in path.iterdir()):
-        raise RunError(
-            f"cannot write {path}: it exists and is not a rosbag2",
-            remedy="choose a different folder with --out",
-        )

@@ -10,7 +10,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim_hardware.calibration import default_calibration
 from gaitsim_hardware.calibration_file import format_template, read_calibration, write_template
-from gaitsim_hardware.keyframes import keyframes_of, write_ticks
+from gaitsim_hardware.keyframes import keyframes_of, write_table
 
 NAMES = ("L1 coxa", 'a "quoted" \\ joint', "knie µ")
 REST = np.array([0.0, 0.5, -1.0])
@@ -71,7 +71,7 @@ def test_goal_positions_match_the_data_sheets(tmp_path, servo, format, ends, deg
     made = default_calibration(format, NAMES, 0 * REST, servo)
     low, high = next(iter(made.joints.values())).min, next(iter(made.joints.values())).max
     rows = gait([low, 0, 10], [high, 0, 20], [0, 1, 30], rate=0.1)
-    write_ticks(keyframes_of(rows, made), made, tmp_path / "x.csv")
+    write_table(keyframes_of(rows, made), made, format, tmp_path / "x.csv")
     with (tmp_path / "x.csv").open(newline="") as text:
         header, *found = csv.reader(text)
     assert header == ["time_ms", "1", "2", "3"]

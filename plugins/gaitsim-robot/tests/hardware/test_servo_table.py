@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.gait_files import Gait
 from gaitsim_hardware.calibration import uniform_calibration
-from gaitsim_hardware.keyframes import keyframes_of, write_degrees
+from gaitsim_hardware.keyframes import keyframes_of, write_table
 
 HALF_TURN = (0, -90, 90)
 
@@ -34,7 +34,7 @@ def read(path):
 
 def test_the_table_has_each_frame_in_milliseconds_and_degrees(tmp_path):
     table = table_of(gait([0, 30, -12.344]), HALF_TURN)
-    write_degrees(table, tmp_path / "x.csv")
+    write_table(table, uniform_calibration(("a", "b"), *HALF_TURN), "servo", tmp_path / "x.csv")
     header, rows = read(tmp_path / "x.csv")
     assert header == ["time_ms", "a", "b"]
     assert rows == [["0", "0.00", "0.00"], ["100", "30.00", "60.00"], ["200", "-12.34", "-24.69"]]
