@@ -1,15 +1,12 @@
 """A run that evolves in its own process, which other processes control and watch.
 
-    a program             commands, one JSON object per line ──▶ stdin  python -m gaitsim.live RUN
-                          ◀── snapshots, one JSON object per line stdout
+    RunProcess, in any    commands, one JSON object per line ──▶ a Unix   python -m gaitsim.live RUN
+    number of programs    ◀── snapshots, one JSON object per line socket
 
-    RunProcess, in any    commands ──▶ a Unix socket    python -m gaitsim.live --listen RUN
-    number of programs    ◀── snapshots
-
-With `--listen` the process detaches from its parent, outlives it, and accepts commands from any
-client of its socket, which is in a private folder of the user (`gaitsim.storage.background`). A new
-client first receives a snapshot with all keys but `rows`, `events` and `error`; the rows are in the
-run's folder. A client that disconnects, or does not read for two seconds, does not affect the run.
+The process detaches from its parent, outlives it, and accepts commands from any client of its
+socket, which is in a private folder of the user (`gaitsim.storage.background`). A new client first
+receives a snapshot with all keys but `rows`, `events` and `error`; the rows are in the folder of
+the run. A client that disconnects, or does not read for two seconds, does not affect the run.
 
 Commands:
 
@@ -21,14 +18,14 @@ Commands:
                                                        strings in the syntax of --set
     {"do": "stop"}                                     save and stop after the current generation
 
-SIGTERM and the end of standard input act as `stop`. SIGINT is ignored, because Ctrl-C in a
-terminal is meant for the program in the foreground. Lines that are not commands are ignored.
+SIGTERM acts as `stop`. SIGINT is ignored, because Ctrl-C in a terminal is meant for the program in
+the foreground. Lines that are not commands are ignored.
 
 A snapshot is written after each change, at most twenty times a second. Its keys are as follows;
 those after `scored` appear only if they have changed:
 
-    state         preparing, running or paused; with `--listen` also queued, while one run per
-                  core is evolving; at the end finished, stopped or failed
+    state         preparing, running, paused, or queued while one run per core is evolving; at the
+                  end finished, stopped or failed
     reason        reason why the run is finished; '' otherwise
     generation    last finished generation; 0 before the first. It is on disk when a pause
                   or the end is reported, and otherwise half a second later at the latest

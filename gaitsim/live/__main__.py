@@ -1,4 +1,4 @@
-"""`python -m gaitsim.live RUN`: evolve a run under the commands of another process."""
+"""`python -m gaitsim.live RUN`: evolve a run in the background, under the commands of clients."""
 
 import argparse
 import json
@@ -12,7 +12,6 @@ def main() -> int:
     """Evolve the run; return the exit code: 0, or 2 after an error."""
     parser = argparse.ArgumentParser("python -m gaitsim.live", allow_abbrev=False)
     parser.add_argument("run", type=Path)
-    parser.add_argument("--listen", action="store_true")
     parser.add_argument("--generations", type=int)
     parser.add_argument("--workers", type=int)
     parser.add_argument("--set", action="append", default=[], dest="overrides")
@@ -22,16 +21,15 @@ def main() -> int:
 
     # Done first, because Ctrl-C may arrive while libraries are imported.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    if arguments.listen and os.fork() > 0:
+    if os.fork() > 0:
         # The child is orphaned, so the program that started it need not wait for it.
         os._exit(0)
     from gaitsim.errors import GaitsimError
     from gaitsim.experiment import parse_assignments
     from gaitsim.live.evolving import evolve_live
-    from gaitsim.live.server import connect_socket, connect_stdio
+    from gaitsim.live.server import connect
 
     try:
-        connect = connect_socket if arguments.listen else connect_stdio
         with connect(arguments.run, paused=arguments.paused) as (commands, reporter):
             try:
                 overrides = parse_assignments(arguments.overrides)

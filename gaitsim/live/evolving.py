@@ -1,15 +1,14 @@
 """Evolve a run under commands, and report its progress."""
 
 import queue
-import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from pathlib import Path
 
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.experiment import Overrides
-from gaitsim.live.protocol import Best, RunCommand, read_command
+from gaitsim.live.protocol import Best, RunCommand
 from gaitsim.live.reporter import Reporter
 from gaitsim.live.slots import Slot
 from gaitsim.storage.background import RunState
@@ -58,21 +57,6 @@ class CommandQueue:
     def add(self, command: RunCommand) -> None:
         """Add a command, from any thread or signal handler."""
         self._commands.put(command)
-
-    def listen(self, lines: Iterable[bytes]) -> None:
-        """Add the commands in lines, in a thread; add a `stop` after the last line."""
-
-        def read() -> None:
-            try:
-                for line in lines:
-                    command = read_command(line)
-                    if command is not None:
-                        self.add(command)
-            except (OSError, ValueError):  # treat a broken stream like the end of the lines
-                pass
-            self.add(RunCommand("stop"))
-
-        threading.Thread(target=read, daemon=True).start()
 
     def wait_for_slot(self, on_state: Callable[[RunState], None]) -> bool:
         """Wait for a slot before the run is opened; return False on a `stop`.

@@ -89,7 +89,7 @@ def start_detached(
     errors = b""
     try:
         done = subprocess.run(
-            [sys.executable, "-m", "gaitsim.live", "--listen", *arguments, "--", str(run)],
+            [sys.executable, "-m", "gaitsim.live", *arguments, "--", str(run)],
             stdin=subprocess.DEVNULL,
             capture_output=True,
             start_new_session=True,  # keeps Ctrl-C and SIGHUP from the child

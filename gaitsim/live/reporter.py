@@ -37,7 +37,6 @@ class Reporter:
 
     Args:
         write: function that writes a line; it may block until the reader is ready.
-        on_disconnect: function called when the reader has disconnected.
         on_state: function called with every state and its error, before they are written.
         period: seconds between two lines.
         clock: function that returns the time in seconds from any origin.
@@ -46,12 +45,11 @@ class Reporter:
     def __init__(
         self,
         write: Callable[[bytes], object],
-        on_disconnect: Callable[[], None] = lambda: None,
         on_state: Callable[[RunState, GaitsimError | None], object] = lambda state, error: None,
         period: float = PERIOD,
         clock: Clock = time.monotonic,
     ) -> None:
-        self._write, self._on_disconnect, self._period = write, on_disconnect, period
+        self._write, self._period = write, period
         self._on_state = on_state
         self._speed = Speed(RECENT, clock)
         self._clock, self._begun = clock, clock()  # the time at which the generation began
@@ -176,11 +174,7 @@ class Reporter:
             self._wake.wait()
             self._wake.clear()
             ending = self._ending.is_set()
-            try:
-                self._write(write_snapshot(self._collect()))
-            except (OSError, ValueError):  # the reader has disconnected
-                self._on_disconnect()
-                return
+            self._write(write_snapshot(self._collect()))
             if ending:
                 return
             self._ending.wait(self._period)

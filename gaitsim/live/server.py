@@ -1,4 +1,4 @@
-"""Connections to the process of a run: standard streams, or a socket with any number of clients."""
+"""The socket of a background process, through which any number of clients control its run."""
 
 import asyncio
 import json
@@ -10,7 +10,6 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -44,36 +43,6 @@ LONGEST_LOG = 2**20  # bytes
 LONGEST_COMMAND = 2**20  # bytes
 PATIENCE = 2.0  # seconds for which a client may leave lines unread
 MAINTENANCE_PERIOD = 5.0  # seconds
-Connection = tuple[CommandQueue, Reporter]
-
-
-def write_all(descriptor: int, data: bytes) -> None:
-    """Write all bytes, waiting for a slow reader."""
-    view = memoryview(data)
-    while view:
-        view = view[os.write(descriptor, view) :]
-
-
-def lines(descriptor: int) -> Iterator[bytes]:
-    """Yield whole lines as they arrive."""
-    rest = b""
-    while data := os.read(descriptor, 65536):
-        *whole, rest = (rest + data).split(b"\n")
-        yield from whole
-
-
-def isolate_stdio() -> tuple[int, int]:
-    """Return new descriptors of standard input and output that nothing else uses.
-
-    All other code in this process, such as plugins, and in worker processes prints to standard
-    error and reads nothing.
-    """
-    commands, snapshots = os.dup(0), os.dup(1)
-    nothing = os.open(os.devnull, os.O_RDONLY)
-    os.dup2(nothing, 0)
-    os.close(nothing)
-    os.dup2(2, 1)
-    return commands, snapshots
 
 
 class Presence:
@@ -289,22 +258,12 @@ class Hub:
 
 
 @contextmanager
-def connect_stdio(_run: Path, *, paused: bool) -> Iterator[Connection]:
-    """Read commands from standard input until it ends, and report to standard output."""
-    source, sink = isolate_stdio()
-    commands = CommandQueue(paused=paused)
-    stop = _stop_on_sigterm(commands)
-    commands.listen(lines(source))
-    yield commands, Reporter(partial(write_all, sink), on_disconnect=stop)
-
-
-@contextmanager
-def connect_socket(run: Path, *, paused: bool) -> Iterator[Connection]:
+def connect(run: Path, *, paused: bool) -> Iterator[tuple[CommandQueue, Reporter]]:
     """Accept commands from any client of a socket, and report to all clients."""
     slot = Slot(create_runtime_folder(), slot_count(), run)
     presence = Presence(run)
     commands = CommandQueue(paused=paused, slot=slot, check=presence.check)
-    _stop_on_sigterm(commands)
+    signal.signal(signal.SIGTERM, lambda *_: commands.add(RunCommand("stop")))
     hub = Hub(presence.listener, commands.add, presence.maintain)
     reporter = Reporter(hub.write, on_state=presence.publish_state)
     hub.serve(reporter.full_snapshot)
@@ -316,13 +275,3 @@ def connect_socket(run: Path, *, paused: bool) -> Iterator[Connection]:
     finally:
         slot.release()
         hub.close()
-
-
-def _stop_on_sigterm(commands: CommandQueue) -> Callable[[], None]:
-    """Queue a `stop` on SIGTERM; return the function that queues it."""
-
-    def stop(*_: object) -> None:
-        commands.add(RunCommand("stop"))
-
-    signal.signal(signal.SIGTERM, stop)
-    return stop

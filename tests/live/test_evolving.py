@@ -201,17 +201,6 @@ def test_a_failed_run_can_be_opened_once_it_is_reported(new_run, monkeypatch):
     assert opened == [None]
 
 
-def test_a_disconnected_reader_stops_the_run(new_run):
-    path = new_run(generations=100_000)
-
-    def gone(_):
-        raise BrokenPipeError
-
-    queued = CommandQueue()
-    reporter = Reporter(gone, on_disconnect=lambda: queued.add(RunCommand("stop")))
-    assert evolve_live(path, queued, reporter) == "stopped"
-
-
 def test_a_client_that_has_read_a_state_is_greeted_with_it():
     greetings = []
 
