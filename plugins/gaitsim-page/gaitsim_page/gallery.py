@@ -6,12 +6,13 @@ import json
 import os
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from io import BytesIO
 from itertools import groupby
 from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
 
-from gaitsim.plugin import ExperimentError, GaitsimError, PluginError, Skeleton, read_regular
+from gaitsim.plugin import ExperimentError, GaitsimError, Skeleton, read_regular
 from gaitsim.plugin.pictures import Clip, Scene, number, visible_lines
 from gaitsim.plugin.runs import (
     Individual,
@@ -31,86 +32,91 @@ SIZE = 480, 300  # size of a picture, pixels
 MOMENT = 0.4  # moment in the picture, as a share of the motion
 QUALITY = 80  # quality of a WebP file
 
+T = TypeVar("T")
 
-@dataclass(frozen=True)
-class RunCard:
-    """The content of a run's card in the index.
+
+class RunCard(NamedTuple):
+    """The card of a run in the index.
 
     Attributes:
-        name: name of the run's folder.
-        description: description of the experiment.
-        body, fitness: names of the plugins.
-        score: score of the champion.
-        unit: unit of the score, or ''.
-        which: label of the champion, such as 'generation 120'.
-        worlds: number of worlds, as ' over 4 worlds', or ''.
-        generations: number of finished generations.
-        note: note of the user, or ''.
-        tags: tags of the user.
-        code: challenge code of the champion, or ''.
-        pictures: pictures of the champion as WebP data URLs, by theme; {} if it cannot be drawn.
+        record: run, body, fitness, score, unit, page and code for programs, as in the record.
+        head: picture and name, as HTML.
+        details: score and everything below it, as HTML.
         problems: reasons why parts are missing.
-        page: path, relative to the index, of the page that plays the champion, or ''.
     """
 
-    name: str
-    description: str
-    body: str
-    fitness: str
-    score: float
-    unit: str
-    which: str
-    worlds: str
-    generations: int
-    note: str
-    tags: tuple[str, ...]
-    code: str
-    pictures: dict[str, str]
+    record: dict[str, Any]
+    head: str
+    details: str
     problems: tuple[str, ...]
-    page: str = ""
 
 
-def read_champion(path: Path) -> tuple[RunSnapshot, Individual]:
-    """Return a run and its champion."""
+def write_run(path: Path, out: Path, name: str) -> RunCard:
+    """Write the page of a run that plays its champion, and return the run's card.
+
+    Parts that fail are listed as problems.
+
+    Args:
+        path: folder of the run.
+        out: folder of the gallery.
+        name: path of the page, relative to `out`.
+    """
     run = RunSnapshot(path)
-    return run, run.individual()
+    champion = run.individual()
+    experiment, problems = champion.experiment, list[str]()
+
+    def attempt(missing: str, create: Callable[[], T], otherwise: T) -> T:
+        try:
+            return create()
+        except GaitsimError as error:
+            problems.append(missing + _reason(error))
+            return otherwise
+
+    note = attempt("", lambda: read_note(path), "")
+    tags = attempt("", lambda: ", ".join(read_tags(path)), "")
+    code = attempt("no challenge code: ", lambda: code_of(champion), "")
+    image = attempt("no picture: ", lambda: _image(champion), "")
+
+    def create_page() -> str:
+        write_page([champion], out / name, run)
+        return name
+
+    page = attempt("no page: ", create_page, "") if image else ""
+    record = {
+        "run": champion.name,
+        "body": experiment.entries["organism"].name,
+        "fitness": experiment.entries["fitness"].name,
+        "score": champion.score,
+        "unit": experiment.fitness.unit,
+        "page": page or None,
+        "code": code or None,
+    }
+    score = f"{number(champion.score)} {experiment.fitness.unit}".rstrip()
+    details = [
+        f"<b>{escaped(score)}</b>{escaped(champion.over_worlds)}</p>",
+        f"<p>best of {escaped(champion.label)} of {run.generation}</p>",
+        f"<p>{escaped(experiment.description)}</p>" * bool(experiment.description),
+        f'<p class="note">{html.escape(visible_lines(note))}</p>' * bool(note),
+        f"<p>tags: {escaped(tags)}</p>" * bool(tags),
+        *(f'<p class="problem">{escaped(one)}</p>' for one in problems),
+        f"<details><summary>Challenge code, {len(code):,} characters</summary>"
+        f"<p>Click the code to select it.</p><code>{html.escape(code)}</code></details>"
+        * bool(code),
+    ]
+    linked = f'<a href="{html.escape(page)}">{{}}</a>' if page else "{}"
+    head = linked.format(image) if image else '<p class="none">no picture</p>'
+    heading = f"<h3>{linked.format(escaped(champion.name))}</h3>"
+    return RunCard(record, f"{head}\n{heading}", "\n".join(filter(None, details)), tuple(problems))
 
 
-def card_of(run: RunSnapshot, champion: Individual) -> RunCard:
-    """Return the card of a run, without its page; parts that fail are listed as problems."""
-    experiment = champion.experiment
-    problems = []
-    note, code = "", ""
-    tags: tuple[str, ...] = ()
-    pictures: dict[str, str] = {}
-    try:
-        note, tags = read_note(run.path), read_tags(run.path)
-    except GaitsimError as error:
-        problems.append(error.what)
-    try:
-        code = code_of(champion)
-    except GaitsimError as error:
-        problems.append(f"no challenge code: {error.what}")
-    try:
-        skeleton = champion.skeleton
-        pictures = {theme: _picture(skeleton, theme) for theme in ("light", "dark")}
-    except GaitsimError as error:
-        problems.append(f"no picture: {error.what}")
-    return RunCard(
-        name=champion.name,
-        description=experiment.description,
-        body=experiment.entries["organism"].name,
-        fitness=experiment.entries["fitness"].name,
-        score=champion.score,
-        unit=experiment.fitness.unit,
-        which=champion.label,
-        worlds=champion.over_worlds,
-        generations=run.generation,
-        note=note,
-        tags=tags,
-        code=code,
-        pictures=pictures,
-        problems=tuple(problems),
+def _image(champion: Individual) -> str:
+    """Return pictures of a body in motion for both themes, as HTML."""
+    width, height = SIZE
+    light, dark = (_picture(champion.skeleton, theme) for theme in ("light", "dark"))
+    return (
+        f'<picture><source media="(prefers-color-scheme: dark)" srcset="{dark}"><img src="{light}" '
+        f'width="{width}" height="{height}" alt="the champion of {escaped(champion.name)}">'
+        "</picture>"
     )
 
 
@@ -144,19 +150,23 @@ checks the score, and <kbd>gaitsim run --from CODE</kbd> starts a run from the g
 """
 
 
-def index(title: str, cards: Iterable[RunCard], problems: Sequence[tuple[str, str]]) -> bytes:
-    """Return the index, in UTF-8, sorted by body and fitness, then from the best score down.
+def index(title: str, cards: Sequence[RunCard], problems: Sequence[tuple[str, str]]) -> bytes:
+    """Return the index, in UTF-8.
 
     Args:
         title: title of the gallery.
-        cards: cards of the runs.
+        cards: cards of the runs, sorted by body and fitness, then from the best score down.
         problems: names of runs that cannot be shown, each with the reason.
     """
-    ordered = ranked(cards)
-    sections = [
-        _section(body, fitness, list(group))
-        for (body, fitness), group in groupby(ordered, key=lambda one: (one.body, one.fitness))
-    ]
+    sections = []
+    for (body, fitness), group in groupby(cards, key=lambda one: _order(one)[:2]):
+        shown = "\n".join(
+            f'<li>\n{card.head}\n<p class="score"><span class="rank">{rank}</span> '
+            f"{card.details}\n</li>"
+            for rank, card in enumerate(group, 1)
+        )
+        heading = f"<h2>{escaped(body)} <small>{escaped(fitness)}</small></h2>"
+        sections.append(f'<section>\n{heading}\n<ol class="cards">\n{shown}\n</ol>\n</section>')
     if problems:
         rows = "\n".join(
             f"<li><b>{escaped(name)}</b> {escaped(why)}</li>" for name, why in problems
@@ -165,70 +175,19 @@ def index(title: str, cards: Iterable[RunCard], problems: Sequence[tuple[str, st
         sections.append(
             f'<section aria-labelledby="missing">\n{heading}\n<ul>\n{rows}\n</ul>\n</section>'
         )
-    count = len(ordered)
-    style = asset("gallery.css")
     return _PAGE.format(
-        head=head(title, "img-src data:", style),
+        head=head(title, "img-src data:", asset("gallery.css")),
         made=escaped(program_version()),
         title=escaped(title),
-        about=f"{count} run{'s' * (count != 1)}",
+        about=f"{len(cards)} run{'s' * (len(cards) != 1)}",
         main="\n".join(sections) or "<p>There are no runs here yet.</p>",
     ).encode()
 
 
-def ranked(cards: Iterable[RunCard]) -> list[RunCard]:
-    """Return cards sorted by body and fitness, then from the best score down."""
-    return sorted(cards, key=lambda one: (one.body, one.fitness, -one.score, one.name))
-
-
-def _section(body: str, fitness: str, cards: Sequence[RunCard]) -> str:
-    shown = "\n".join(_card(card, rank) for rank, card in enumerate(cards, 1))
-    heading = f"<h2>{escaped(body)} <small>{escaped(fitness)}</small></h2>"
-    return f'<section>\n{heading}\n<ol class="cards">\n{shown}\n</ol>\n</section>'
-
-
-def _card(card: RunCard, rank: int) -> str:
-    name = escaped(card.name)
-    unit = f" {escaped(card.unit)}" if card.unit else ""
-    parts = [_link(_image(card), card.page) if card.pictures else '<p class="none">no picture</p>']
-    parts.append(f"<h3>{_link(name, card.page)}</h3>")
-    parts.append(
-        f'<p class="score"><span class="rank">{rank}</span> <b>{number(card.score)}{unit}</b>'
-        f"{escaped(card.worlds)}</p>"
-    )
-    parts.append(f"<p>best of {escaped(card.which)} of {card.generations}</p>")
-    if card.description:
-        parts.append(f"<p>{escaped(card.description)}</p>")
-    if card.note:
-        parts.append(f'<p class="note">{html.escape(visible_lines(card.note))}</p>')
-    if card.tags:
-        parts.append(f"<p>tags: {escaped(', '.join(card.tags))}</p>")
-    parts += [f'<p class="problem">{escaped(one)}</p>' for one in card.problems]
-    parts.append(_code(card))
-    return "<li>\n" + "\n".join(filter(None, parts)) + "\n</li>"
-
-
-def _image(card: RunCard) -> str:
-    width, height = SIZE
-    return (
-        '<picture><source media="(prefers-color-scheme: dark)" '
-        f'srcset="{card.pictures["dark"]}"><img src="{card.pictures["light"]}" '
-        f'width="{width}" height="{height}" alt="the champion of {escaped(card.name)}"></picture>'
-    )
-
-
-def _code(card: RunCard) -> str:
-    size = f"{len(card.code):,} characters"
-    if not card.code:
-        return ""
-    return (
-        f"<details><summary>Challenge code, {size}</summary>"
-        f"<p>Click the code to select it.</p><code>{html.escape(card.code)}</code></details>"
-    )
-
-
-def _link(content: str, page: str) -> str:
-    return f'<a href="{html.escape(page)}">{content}</a>' if page else content
+def _order(card: RunCard) -> tuple[str, str, float, str]:
+    """Return the place of a card: body and fitness, then from the best score down."""
+    one = card.record
+    return one["body"], one["fitness"], -one["score"], one["run"]
 
 
 INDEX, RECORD, PAGES = "index.html", "gallery.json", "pages"
@@ -278,79 +237,37 @@ def write_gallery(
     begin(len(paths))
     cards: list[RunCard] = []
     problems: list[tuple[str, str]] = []
-    left = [*paths]
-    try:
-        for path, name in zip(paths, _file_names(paths), strict=True):
-            try:
-                cards.append(_write_run(path, out, f"{PAGES}/{name}"))
-                problems += [(path.name, one) for one in cards[-1].problems]
-            except GaitsimError as error:
-                problems.append((path.name, _reason(error)))
-            left.remove(path)
+    stopped = None
+    for place, (path, name) in enumerate(zip(paths, _file_names(paths), strict=True)):
+        try:
+            cards.append(write_run(path, out, f"{PAGES}/{name}.html"))
+            problems += [(path.name, one) for one in cards[-1].problems]
             advance()
-    except KeyboardInterrupt:
-        problems += [(path.name, "interrupted before this run") for path in left]
-        _finish(root, out, cards, problems, before)
-        raise
-    written = _finish(root, out, cards, problems, before)
+        except GaitsimError as error:
+            problems.append((path.name, _reason(error)))
+            advance()
+        except KeyboardInterrupt as interrupt:
+            stopped = interrupt
+            problems += [(left.name, "interrupted before this run") for left in paths[place:]]
+            break
+    cards.sort(key=_order)
+    shown = {card.record["run"] for card in cards}
+    missing = [(name, why) for name, why in problems if name not in shown]
+    write_bytes(out / INDEX, index(f"Gallery of {root.resolve().name or root}", cards, missing))
+    written = {card.record["page"] for card in cards} - {None}
+    _write_record(out, cards, before | written)
+    if stopped:
+        raise stopped
     for name in before - written:
         with suppress(OSError):
             (out / name).unlink()
-    _write_record(out, ranked(cards), written)
+    _write_record(out, cards, written)
     return Gallery(out / INDEX, len(cards), tuple(problems))
 
 
-def _write_run(path: Path, out: Path, name: str) -> RunCard:
-    """Write the files of a run, and return its card.
-
-    Args:
-        path: folder of the run.
-        out: folder of the gallery.
-        name: path of the run's files, relative to `out`, without extension.
-    """
-    run, champion = read_champion(path)
-    card = card_of(run, champion)
-    if not card.pictures:
-        return card
-    try:
-        write_page([champion], out / f"{name}.html", run)
-    except PluginError as error:  # for example in a measure, which pictures do not need
-        return replace(card, problems=(*card.problems, f"no page: {_reason(error)}"))
-    return replace(card, page=f"{name}.html")
-
-
-def _finish(
-    root: Path,
-    out: Path,
-    cards: Sequence[RunCard],
-    problems: Sequence[tuple[str, str]],
-    before: set[str],
-) -> set[str]:
-    """Write the index, and the record with new and earlier files; return the new files."""
-    shown = {card.name for card in cards}
-    missing = [(name, why) for name, why in problems if name not in shown]
-    title = f"Gallery of {root.resolve().name or root}"
-    write_bytes(out / INDEX, index(title, cards, missing))
-    written = {card.page for card in cards if card.page}
-    _write_record(out, ranked(cards), before | written)
-    return written
-
-
-def _write_record(out: Path, cards: Iterable[RunCard], written: Iterable[str]) -> None:
-    """Write the record that marks a folder as a gallery."""
-    runs = [
-        {
-            "run": card.name,
-            "body": card.body,
-            "fitness": card.fitness,
-            "score": card.score,
-            "unit": card.unit,
-            "page": card.page or None,
-            "code": card.code or None,
-        }
-        for card in cards
-    ]
-    record = {"kind": KIND, "files": sorted(written), "runs": runs}
+def _write_record(out: Path, cards: Sequence[RunCard], files: Iterable[str]) -> None:
+    """Write the record that marks a folder as a gallery, with the files that belong to it."""
+    record = {"kind": KIND, "files": sorted(files), "runs": [card.record for card in cards]}
     write_bytes(out / RECORD, json.dumps(record, indent=1).encode() + b"\n")
 
 
