@@ -15,7 +15,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cache, lru_cache
-from importlib.metadata import Distribution, EntryPoint, distributions
+from importlib.metadata import Distribution, distributions
 from keyword import iskeyword
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
@@ -113,69 +113,42 @@ _NOUNS = {
 Entries = Mapping[str, Sequence[Entry]]
 """Entries by name, sorted; more than one entry under a name is a conflict between packages."""
 
-_ALL = (
-    *PLUGINS,
-    EXPERIMENTS,
-    STUDIES,
-    FILES,
-    COMMANDS,
-    SCREENS,
-    FUNCTIONS,
-    ENGINES,
-    STEER,
-    VERIFIERS,
-)
-_GROUPS = {f"gaitsim.{kind}": kind for kind in _ALL}
+_GROUPS = {f"gaitsim.{kind}": kind for kind in (*KINDS, *_NOUNS)}
 
 
 def entries(kind: str) -> Entries:
-    """Return all entries of a kind, without importing any plugin."""
-    return _read(tuple(map(_state, sys.path)))[kind]
+    """Return all entries of a kind, without importing any plugin.
 
-
-def _state(folder: str) -> tuple[object, ...]:
-    """Return a key that changes when a package is installed into or removed from a folder."""
-    try:
-        found = os.stat(folder or ".")  # noqa: PTH116 - an entry of sys.path may be any text
-    except (OSError, ValueError):
-        return (folder,)
-    return folder, found.st_dev, found.st_ino, found.st_mtime_ns
+    Packages that are installed into a folder of `sys.path` later are found by the next process.
+    """
+    return _read(tuple(sys.path))[kind]
 
 
 @lru_cache(maxsize=1)  # reading takes 5 ms, and loading an experiment looks up six names
-def _read(path: tuple[object, ...]) -> dict[str, Entries]:
-    """Return all entries by kind.
-
-    Args:
-        path: state of each folder on `sys.path`, the key of the cache.
-    """
+def _read(_: tuple[str, ...]) -> dict[str, Entries]:
+    """Return all entries by kind; `sys.path` is the key of the cache."""
     found: dict[str, dict[str, list[Entry]]] = {kind: {} for kind in _GROUPS.values()}
     packages: set[str] = set()
     for distribution in distributions():
-        points = [point for point in _points(distribution) if point.group in _GROUPS]
-        if not points:
+        try:
+            # Parsing all files of a hundred packages would take 5 ms.
+            if "[gaitsim." not in (distribution.read_text("entry_points.txt") or ""):
+                continue
+            points = distribution.entry_points
+        except Exception:  # the type depends on how the file is damaged
             continue
         package, version = _package(distribution)
-        if normalized(package) in packages:  # Python imports the first one on the path
+        name = normalized(package)
+        if name in packages:  # Python imports the first one on the path
             continue
-        packages.add(normalized(package))
         for point in points:
-            kind = _GROUPS[point.group]
-            claims = found[kind].setdefault(point.name, [])
-            entry = Entry(kind, point.name, point.value, package, version)
-            if entry not in claims:
-                claims.append(entry)
+            if kind := _GROUPS.get(point.group):
+                packages.add(name)
+                claims = found[kind].setdefault(point.name, [])
+                entry = Entry(kind, point.name, point.value, package, version)
+                if entry not in claims:
+                    claims.append(entry)
     return {kind: dict(sorted(names.items())) for kind, names in found.items()}
-
-
-def _points(distribution: Distribution) -> Sequence[EntryPoint]:
-    try:
-        # Parsing all files of a hundred packages would take 5 ms.
-        if "[gaitsim." not in (distribution.read_text("entry_points.txt") or ""):
-            return ()
-        return distribution.entry_points
-    except Exception:  # the type depends on how the file is damaged
-        return ()
 
 
 def _package(distribution: Distribution) -> tuple[str, str]:
@@ -199,15 +172,10 @@ def unreadable() -> list[str]:
         try:
             _ = distribution.entry_points
         except Exception:
-            found.append(f"{_name(distribution)} in {distribution.locate_file('')}")
+            folder = str(distribution.locate_file(""))
+            name = _package(distribution)[0]
+            found.append(f"{'a package' if name == folder else name} in {folder}")
     return found
-
-
-def _name(distribution: Distribution) -> str:
-    try:
-        return distribution.name or "a package"
-    except Exception:  # the metadata cannot be read either
-        return "a package"
 
 
 def find(kind: str, name: str) -> Entry:
@@ -361,22 +329,18 @@ def _check_descriptors(entry: Entry, doing: str) -> None:
 
     The next file that is opened would reuse the descriptor, and messages would be written to it.
     """
-    closed = [number for number in (1, 2) if not _is_open(number)] if _errors else []
-    for number in closed:
-        with suppress(OSError):
-            os.dup2(_errors[0], number)
+    closed = []
+    for number in (1, 2) if _errors else ():
+        try:
+            # Unlike fstat, this call keeps the interpreter lock, so it never waits.
+            os.get_inheritable(number)
+        except OSError:
+            closed.append(number)
+            with suppress(OSError):
+                os.dup2(_errors[0], number)
     if closed:
         names = " and ".join(f"file descriptor {number}" for number in closed)
         raise contract_error(entry, f"closed {names} while {doing}", "only files that it opened")
-
-
-def _is_open(descriptor: int) -> bool:
-    try:
-        # Unlike fstat, this call keeps the interpreter lock, so it never waits.
-        os.get_inheritable(descriptor)
-    except OSError:
-        return False
-    return True
 
 
 OUTSIDE = "Python code outside the run"
