@@ -1,6 +1,7 @@
 """Overrides, options of an experiment that a user changes; problems, collected for one message."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -76,6 +77,14 @@ class Problems:
         error.where = f"{self.where(key)}: {error.where}" if error.where else self.where(key)
         error.key = key
         self.found.append(error)
+
+    @contextmanager
+    def recorded(self, key: str) -> Iterator[None]:
+        """Record an error of the plugin that the value of a key names, if the block raises one."""
+        try:
+            yield
+        except GaitsimError as error:
+            self.add_plugin_error(key, error)
 
     def add_option_errors(
         self, section: str, model: type[BaseModel], data: Mapping[str, Any], error: ValidationError

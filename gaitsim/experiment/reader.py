@@ -13,16 +13,7 @@ from gaitsim import registry, toml
 from gaitsim.contracts import Organism
 from gaitsim.contracts.plugin import ReadableFiles
 from gaitsim.errors import ExperimentError, GaitsimError
-from gaitsim.experiment.combination import (
-    check_combination,
-    check_constraints,
-    check_islands,
-    check_pairing,
-    check_reality,
-    check_search,
-    check_transferability,
-    check_worlds,
-)
+from gaitsim.experiment.combination import Combination
 from gaitsim.experiment.model import (
     CONSTRAINTS,
     DEFAULT_SEARCH,
@@ -34,6 +25,7 @@ from gaitsim.experiment.model import (
     Islands,
     Transferability,
     Worlds,
+    space_of,
 )
 from gaitsim.experiment.overrides import (
     COMMAND_LINE,
@@ -118,21 +110,22 @@ class Reader:
         for kind in KINDS:
             if kind not in OPERATORS or self._uses_operator(kind):
                 self._read_plugin(kind)
+        combination = Combination(entries, plugins, problems)
         if evolution is not None:
-            check_pairing(evolution, entries, plugins, problems)
+            combination.check_pairing(evolution)
         if evolution is not None and islands is not None:
-            check_search(evolution, islands, entries, plugins, problems)
-            check_islands(evolution, islands, problems)
-        check_combination(entries, plugins, problems)
+            combination.check_search(evolution, islands)
+            combination.check_islands(evolution, islands)
+        combination.check_genomes()
         if evolution is not None and worlds is not None:
-            check_worlds(evolution, worlds, entries, plugins, problems)
+            combination.check_worlds(evolution, worlds)
         reality = None
         if transferability is not None:
-            transferability = check_transferability(transferability, entries, plugins, problems)
+            transferability = combination.check_transferability(transferability)
             reality = self._reality(transferability.reality)
             transferability = transferability.resolved(reality)
         if constraints is not None and islands is not None:
-            check_constraints(constraints, islands, reality, entries, plugins, problems)
+            combination.check_constraints(constraints, islands, reality)
         if problems.found or not (
             evolution and islands and worlds and transferability and constraints
         ):
@@ -178,16 +171,20 @@ class Reader:
         if organism is None or not given:
             return None
         key, entry = f"{TRANSFERABILITY}.reality", self._entries["organism"]
-        try:
+        reality: Organism | None = None
+        with self._problems.recorded(key):
             with plugin_errors(entry, "validating its options in reality"):
                 values = {**options.values(organism), **given}
                 reality = self._options(key, type(organism), values)
-            if reality is not None:
-                check_reality(reality, entry, organism, self._problems)
-            return reality
-        except GaitsimError as error:
-            self._problems.add_plugin_error(key, error)
-            return None
+            if reality is not None and (
+                space_of(entry, reality).labels != space_of(entry, organism).labels
+            ):
+                self._report(
+                    key,
+                    f"the options in {key} change the genome",
+                    "options of the body that do not change the genome",
+                )
+        return reality
 
     def read_organism(self) -> tuple[Entry, Organism]:
         """Return only the body; problems of other sections are ignored."""
