@@ -45,7 +45,7 @@ def processor_time(command: list[str], folder: Path, environment: dict[str, str]
 def command_lines() -> list[tuple[str, ...]]:
     """Return the words of each command, without groups."""
     found = []
-    for name in get_command(app).lines:
+    for name in get_command(app).places:
         inner = getattr(get_command(app).load(name), "lines", None)
         found += [(name, one) for one in inner] if inner else [(name,)]
     return found

@@ -36,7 +36,7 @@ def page() -> str:
 
 def commands(group: LazyGroup, name: str) -> Iterator[tuple[str, Callable[..., Any]]]:
     """Yield the full name and the function of each command in a group and its subgroups."""
-    for word in group.lines:
+    for word in group.places:
         command = group.load(word)
         if isinstance(command, LazyGroup):
             yield from commands(command, f"{name} {word}")

@@ -8,34 +8,6 @@ from gaitsim.cli.help import group
 
 app = group(
     {
-        "run": "Evolve a gait, and save the run in a folder.",
-        "resume": "Continue a run exactly as if it had never stopped, optionally with changed "
-        "options.",
-        "attach": "Watch a run that is evolving in the background or in another program.",
-        "stop": "Stop background runs after their current generation, and save them.",
-        "fork": "Copy a run, for example to continue the copy with changed options.",
-        "runs": "List the runs in a folder, oldest first; find, watch, tag or delete some of them.",
-        "show": "Show a run in full: its plugins, progress, stages and champion.",
-        "members": "List the members of a run's front or archive.",
-        "note": "Show or write the note of a run.",
-        "tag": "Show, add or remove tags of a run.",
-        "rename": "Rename a run.",
-        "trash": "List and restore deleted runs, and delete them permanently.",
-        "export": "Export the champion: its joint angles, a file for a robot, or the body in "
-        "motion.",
-        "plot": "Plot a run, or the motion of its champion, at the width of a journal column.",
-        "video": "Make a video of the champion: MP4 or GIF.",
-        "play": "Play a champion in the terminal until Ctrl-C.",
-        "analyse": "Report which gait evolved and how its score is made up.",
-        "steer": "Steer a body with the keyboard: drive a robot in physics, or fly a fly.",
-        "differences": "Compare runs: their curves, results and differing options.",
-        "share": "Print the champion as a challenge code, which others can verify.",
-        "verify": "Repeat a run, study, adaptation or challenge code, and compare every bit.",
-        "tui": "Open the terminal UI: list, start, watch, replay and compare runs.",
-        "experiments": "List and show presets: the experiments that packages provide.",
-        "plugins": "List, show and check plugins, and create new ones.",
-    },
-    {
         "run": "evolve:EvolveRun",
         "resume": "evolve:Resume",
         "attach": "background:Attach",
@@ -48,17 +20,8 @@ app = group(
         "tag": "runs:EditTags",
         "rename": "runs:Rename",
         "trash": (
-            {
-                "list": "List the deleted runs of a folder, latest first.",
-                "restore": "Restore a deleted run from the trash; the latest, if several have the "
-                "name.",
-                "empty": "Delete the runs in the trash permanently.",
-            },
-            {
-                "list": "trash:ListTrash",
-                "restore": "trash:RestoreRun",
-                "empty": "trash:EmptyTrash",
-            },
+            "List and restore deleted runs, and delete them permanently.",
+            {"list": "trash:ListTrash", "restore": "trash:RestoreRun", "empty": "trash:EmptyTrash"},
         ),
         "export": "export:Export",
         "plot": "plot:MakePlot",
@@ -71,18 +34,11 @@ app = group(
         "verify": "verify:VerifyResults",
         "tui": "gaitsim.cli.tui:tui",
         "experiments": (
-            {
-                "list": "List the presets of all installed packages.",
-                "show": "Print an experiment as TOML with all its options, to edit and run.",
-            },
+            "List and show presets: the experiments that packages provide.",
             {"list": "experiments:ListExperiments", "show": "experiments:ShowExperiment"},
         ),
         "plugins": (
-            {
-                "list": "List all plugins by kind, with their packages, without importing them.",
-                "show": "Show a plugin's options and, for a body, its channels and conditions.",
-                "new": "Create a ready-to-run package for a new plugin in the folder NAME.",
-            },
+            "List, show and check plugins, and create new ones.",
             {
                 "list": "plugins:ListPlugins",
                 "show": "plugins:ShowPlugin",

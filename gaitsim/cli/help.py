@@ -29,9 +29,9 @@ PLACEHOLDERS = {
 }
 """Placeholders of values in the help, by Typer's name of the type."""
 
-Places = Mapping[str, "str | tuple[Mapping[str, str], Places]"]
+Places = Mapping[str, "str | tuple[str, Places]"]
 """Places of commands by name: the action as 'module:class', relative to `gaitsim.actions`; or, of a
-nested group, the lines and places of its commands."""
+nested group, its line of help and the places of its commands."""
 
 _EXAMPLES = "[bold]Example"
 _UNUSED = ("rich.markdown", "rich.traceback")
@@ -84,23 +84,21 @@ class LazyGroup(TyperGroup):
     """A group that imports the module of a command only when that command is used.
 
     Until then, a stub with one line of help represents it, which suffices for the group's help,
-    completion and suggestions. The line of a package's command is read from its source.
+    completion and suggestions. The line is read from the source of the command.
 
     Attributes:
-        lines: one line of help by command name, equal to the start of the command's docstring.
         places: places of the commands; those without a place are entry points of packages.
         extensible: whether packages can add commands.
         prefix: start of the names of entry points of a nested group, such as 'robots.'.
     """
 
-    lines: ClassVar[Mapping[str, str]]
     places: ClassVar[Places]
     extensible: ClassVar[bool]
     prefix: ClassVar[str]
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
-        self.commands = {name: TyperCommand(name, help=line) for name, line in self.lines.items()}
+        self.commands = {name: TyperCommand(name) for name in self.places}
 
     def get_params(self, ctx: Any) -> Any:
         """Return the parameters, with one style of placeholders."""
@@ -128,7 +126,16 @@ class LazyGroup(TyperGroup):
         return name, stub and self.load(str(name)), rest
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Return the names of all commands, those that packages add last."""
+        """Return the names of all commands, those that packages add last; read their lines."""
+        from gaitsim.registry import COMMANDS, Entry
+        from gaitsim.registry.loading import summary
+
+        for name, place in self.places.items():
+            self.commands[name].help = (
+                summary(Entry(COMMANDS, name, _target(place), "gaitsim", ""))
+                if isinstance(place, str)
+                else place[0]
+            )
         self._add_commands_of_packages()
         return super().list_commands(ctx)
 
@@ -144,16 +151,16 @@ class LazyGroup(TyperGroup):
         if place is None:
             self._add_commands_of_packages()
             function = self._import_from_package(self.prefix + name)
-            place = function or ({}, {})
+            place = function or (self.commands[name].help or "", {})
         if isinstance(place, tuple):
-            settings: dict[str, Any] = {"help": self.commands[name].help, "callback": _no_options}
+            line, places = place
+            settings: dict[str, Any] = {"help": line, "callback": _no_options}
             prefix = f"{self.prefix}{name}."
-            nested = group(*place, extensible=True, prefix=prefix, add_completion=False, **settings)
+            nested = group(places, extensible=True, prefix=prefix, add_completion=False, **settings)
             return get_command(nested)
         if isinstance(place, str):
-            module, _, attribute = place.partition(":")
-            prefix = "" if module.startswith("gaitsim") else "gaitsim.actions."
-            function = getattr(import_module(prefix + module), attribute)
+            module, _, attribute = _target(place).partition(":")
+            function = getattr(import_module(module), attribute)
         if isinstance(function, type):
             from gaitsim.cli.generate import command
 
@@ -232,16 +239,16 @@ def _is_action(found: object) -> bool:
     return issubclass(found, Action)
 
 
+def _target(place: str) -> str:
+    """Return the place of an action as an absolute 'module:class'."""
+    return place if place.startswith("gaitsim") else f"gaitsim.actions.{place}"
+
+
 def group(
-    lines: Mapping[str, str],
-    places: Places,
-    *,
-    extensible: bool = False,
-    prefix: str = "",
-    **settings: Any,
+    places: Places, *, extensible: bool = False, prefix: str = "", **settings: Any
 ) -> typer.Typer:
     """Return the Typer app for a group of commands; see `LazyGroup`."""
-    values = {"lines": lines, "places": places, "extensible": extensible, "prefix": prefix}
+    values = {"places": places, "extensible": extensible, "prefix": prefix}
     kind = type("Group", (LazyGroup,), values)
     return typer.Typer(cls=kind, no_args_is_help=True, **settings)
 

@@ -25,7 +25,7 @@ def commands(command=None, path=()):
     """Return every command, by the words that call it."""
     command = command or typer.main.get_command(app)
     found = {path: command}
-    for name in getattr(command, "lines", {}):
+    for name in getattr(command, "places", {}):
         found.update(commands(command.load(name), (*path, name)))
     return found
 
@@ -64,7 +64,9 @@ def test_the_help_of_each_command_fits_80_columns(gaitsim, command):
 def test_the_line_in_a_list_begins_the_help_of_its_command(path):
     *group, name = path
     first, _, _ = COMMANDS[path].help.partition("\n\n")
-    assert COMMANDS[tuple(group)].lines[name] == " ".join(first.split())
+    parent = COMMANDS[tuple(group)]
+    parent.list_commands(None)
+    assert parent.commands[name].help == " ".join(first.split())
 
 
 @pytest.mark.parametrize(("typed", "meant"), [(("rnu",), "run"), (("plugins", "lst"), "list")])
