@@ -62,7 +62,7 @@ from gaitsim.storage.overview import list_overviews
 from gaitsim.storage.provenance import read_provenance
 from gaitsim.storage.query import parse_query
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.tui.config import find_problems, read_config, remember
+from gaitsim.tui.config import check_keys, read_config, remember
 from gaitsim_adaptation.record import AdaptationRecord, read_record, write_record
 from gaitsim_adaptation.report import _REPORT, AdaptationReport, Case, read_report
 from gaitsim_adaptation.settings import AdaptationSettings
@@ -625,7 +625,7 @@ SHARED = {
 
 def read_settings(path):
     """Read the settings, and remember a theme in them."""
-    find_problems(read_config(path))
+    check_keys(read_config(path))
     remember(path, "theme", "dracula")
     assert read_config(path).theme == "dracula"
 

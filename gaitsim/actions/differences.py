@@ -103,7 +103,6 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
     from gaitsim.console.characters import LINES, lines
     from gaitsim.console.printing import output, print_table
     from gaitsim.render.series import run_curves
-    from gaitsim.render.terminal.curve_view import CurveView
     from gaitsim.render.terminal.curves import plot, sample
     from gaitsim.render.terminal.text import visible
     from gaitsim.storage.compare_runs import comparison_table, quantity_label
@@ -123,7 +122,7 @@ def _show(runs: Sequence[ComparedRun], quantity: str, by: str) -> None:
         colours = [LINES[at % len(LINES)] for at in range(len(drawn))]
         styles = ["", "bright_black", "", *reversed(colours)]
         series = run_curves(runs, quantity, by)
-        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, CurveView(whole=True))
+        picture = plot(series, min(console.width, WIDEST), ROWS, by, marks, whole=True)
         for line in lines(*picture, styles):
             console.print(line, end="\n", no_wrap=True, crop=False)
         console.print()

@@ -272,37 +272,31 @@ def write_still(
     title: str = "",
     details: str = "",
     *,
-    frame: int = 0,
     size: tuple[int, int] = SIZE,
-    view: str = "iso",
-    theme: str = "light",
 ) -> None:
-    """Write one frame of a body as a PNG, with the names of its feet.
+    """Write the first frame of a body as a PNG, with the names of its feet.
 
     Args:
         skeleton: motion of the body.
         path: path of the file.
         title: first line of text.
         details: second line of text.
-        frame: index of the frame.
         size: width and height, pixels.
-        view: name of a view in `gaitsim.render.scene.VIEWS`.
-        theme: name of a theme in `gaitsim.render.scene.THEMES`.
     """
     from PIL import Image
 
     check_folder(path)
-    clip = Clip(_frozen(skeleton, frame), title, details, named=True)
-    picture = Scene([clip], size, view, theme).draw(0.0)
+    clip = Clip(_frozen(skeleton), title, details, named=True)
+    picture = Scene([clip], size, "iso", "light").draw(0.0)
     data = BytesIO()
     Image.fromarray(picture[..., :3]).save(data, format="PNG")
     write_bytes(path, data.getvalue())
 
 
-def _frozen(skeleton: Skeleton, frame: int) -> Skeleton:
+def _frozen(skeleton: Skeleton) -> Skeleton:
+    """Return the first frame of a motion."""
     over_time = ("segments", "contacts", "touching", "centre", "poses")
     kept = {name: getattr(skeleton, name) for name in over_time}
     return replace(
-        skeleton,
-        **{name: array[frame : frame + 1] for name, array in kept.items() if array is not None},
+        skeleton, **{name: array[:1] for name, array in kept.items() if array is not None}
     )

@@ -19,7 +19,7 @@ class Series:
         x: (points,), in ascending order.
         y: (points,); values that are not finite leave gaps.
         stages: ascending indices of the points at which the later stages begin. The line is
-            broken there, and each stage is smoothed separately, as its fitness may differ.
+            broken there, as the fitness may differ.
         incomparable: whether the values cannot be compared with the other curves. The
             curve is then drawn faint, each stage on its own scale.
     """

@@ -60,29 +60,10 @@ def ends_of(values: NDArray[np.float64], margin: float = 0.0) -> tuple[float, fl
     return low - margin * (high - low), high + margin * (high - low)
 
 
-def log_ticks(low: float, high: float, most: int) -> NDArray[np.float64]:
-    """Return at most `most` round numbers on a logarithmic axis from `low` > 0 to `high`.
-
-    The numbers are powers of ten, with 2 and 5 times (or else 3 times) these powers if they fit. An
-    axis too short for two such numbers has equal steps.
-    """
-    powers = np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)) + 1)
-    for factors in ((1, 2, 5), (1, 3), (1,)):
-        found = np.concatenate([10.0**power * np.array(factors) for power in powers])
-        found = found[(found >= low * (1 - 1e-9)) & (found <= high * (1 + 1e-9))]
-        if len(found) <= most:
-            break
-    if len(found) < 2:
-        return ticks(low, high, most)
-    return found[:: -(-len(found) // max(most, 1))]
-
-
-def labels(values: NDArray[np.float64], *, alike: bool = True) -> list[str]:
-    """Format numbers for an axis, with the same number of decimals if `alike`."""
+def labels(values: NDArray[np.float64]) -> list[str]:
+    """Format numbers for an axis, with the same number of decimals."""
     if not len(values):
         return []
-    if not alike:
-        return [label for value in values for label in labels(np.array([value]))]
     largest = float(np.abs(values).max())
     gap = float(np.diff(values).min()) if len(values) > 1 else largest
     if (largest >= 1e6 or 0 < largest < 1e-4) and gap >= largest / 100:

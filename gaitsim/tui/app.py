@@ -70,11 +70,6 @@ class GaitsimApp(Shell):
 
         self.push_screen(Help(self.screen))
 
-    def action_jump(self) -> None:
-        from gaitsim.tui.screens.help import Jump
-
-        self.push_screen(Jump(self.screen), lambda widget: widget and widget.focus() and None)
-
     def action_tasks(self) -> None:
         from gaitsim.tui.screens.tasks import TaskList
 

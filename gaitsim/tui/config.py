@@ -4,12 +4,9 @@ Invalid settings are reported and ignored; the valid ones apply.
 """
 
 import unicodedata
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from importlib import import_module
-from itertools import combinations
 from pathlib import Path
-from pkgutil import walk_packages
 from string import punctuation
 from typing import Annotated, Any
 
@@ -21,16 +18,12 @@ from pydantic import (
     StringConstraints,
     ValidationError,
 )
-from textual.app import App
-from textual.binding import Binding
-from textual.dom import DOMNode
 from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
-import gaitsim.tui
 from gaitsim.errors import GaitsimError, nearest
 from gaitsim.storage.settings import config_folder, editing, read_settings
 from gaitsim.toml import literal, parse
-from gaitsim.tui.keys import NAMED, PREFIX
+from gaitsim.tui.keys import NAMED
 from gaitsim.tui.themes import check_theme
 
 THEME = "theme"
@@ -179,13 +172,13 @@ def valid_keys(config: Config) -> dict[str, str]:
     return {name: ",".join(keys) for name, keys in chosen.items() if keys}
 
 
-def check_keys(config: Config, ids: Collection[str]) -> list[GaitsimError]:
-    """Return the problems of the chosen keys, given the known IDs."""
+def check_keys(config: Config) -> list[GaitsimError]:
+    """Return the problems of the chosen keys: unknown IDs, and keys that do not exist."""
     found = []
     for name, chosen in config.keys.items():
         place = {"where": f"{config.path}, key keys.{name}", "key": f"keys.{name}"}
-        if name not in ids:
-            remedy = nearest(name, sorted(ids)) or "press ? on a screen to list its IDs"
+        if name not in NAMED:
+            remedy = nearest(name, sorted(NAMED)) or "press ? on a screen to list its IDs"
             found.append(GaitsimError(f"unknown ID {literal(name)}", remedy=remedy, **place))
         for key in chosen.split(","):
             if not is_key(key.strip()):
@@ -207,55 +200,3 @@ def is_key(key: str) -> bool:
         return True
     *modifiers, bare = key.split("+")
     return {*modifiers} <= MODIFIERS and (len(bare) == 1 or bare in KEYS)
-
-
-def find_problems(config: Config) -> list[GaitsimError]:
-    """Return the problems of the keys in the settings; slow, because it imports every screen."""
-    for module in walk_packages(gaitsim.tui.__path__, "gaitsim.tui."):
-        import_module(module.name)
-    nodes = list(_subclasses(DOMNode))
-    return [*check_keys(config, NAMED), *_conflicts(config, nodes)]
-
-
-def _conflicts(config: Config, nodes: Iterable[type[DOMNode]]) -> list[GaitsimError]:
-    """Return the problems of keys that two actions of the same screen use."""
-    found: dict[tuple[str, str], GaitsimError] = {}
-    nodes, given = list(nodes), valid_keys(config)
-    apps = [binding for node in nodes if issubclass(node, App) for binding in _bindings(node)]
-    for node in nodes:
-        # Keys of the base class and of the app exist on every screen.
-        own = [binding for kind in reversed(node.__mro__) for binding in _bindings(kind)]
-        known = {binding.id: _keys(binding.key) for binding in [*apps, *own]}
-        for one, other in combinations(sorted(known), 2):
-            chosen = [_keys(given.get(name, "")) or known[name] for name in (one, other)]
-            # Keys of a screen override those of lists, unless the user chose the latter.
-            yields = any(name.startswith(PREFIX) and name not in given for name in (one, other))
-            both = set() if yields else chosen[0] & chosen[1]
-            # Actions that share a key by default alternate, such as pause and go.
-            if both and not known[one] & known[other]:
-                found[one, other] = GaitsimError(
-                    f"the key {min(both)} is assigned to {one} and to {other}",
-                    where=f"{config.path}, section keys",
-                    key="keys",
-                    remedy="assign another key to one of them",
-                )
-    return list(found.values())
-
-
-def _keys(text: str) -> set[str]:
-    """Return the keys of a binding, with characters by name."""
-    return {one.key for one in Binding.make_bindings([Binding(text, "")])} if text else set()
-
-
-def _bindings(node: type) -> Iterator[Any]:
-    """Yield the bindings with IDs that a class declares."""
-    for binding in node.__dict__.get("BINDINGS", ()):
-        if isinstance(binding, Binding) and binding.id:
-            yield binding
-
-
-def _subclasses(kind: type[DOMNode]) -> Iterator[type[DOMNode]]:
-    for known in kind.__subclasses__():
-        if known.__module__.startswith("gaitsim.tui"):
-            yield known
-        yield from _subclasses(known)

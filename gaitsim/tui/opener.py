@@ -11,22 +11,8 @@ from typing import Any
 from textual.app import App
 
 # The formats that gaitsim writes. Other files, such as programs, are not opened.
-OPENABLE = frozenset(
-    f".{name}"
-    for name in (
-        "csv",
-        "gif",
-        "html",
-        "json",
-        "mat",
-        "mp4",
-        "npz",
-        "pdf",
-        "png",
-        "svg",
-        "toml",
-        "txt",
-    )
+OPENABLE = frozenset({".csv", ".json", ".mat", ".npz", ".toml", ".txt"}) | frozenset(
+    {".gif", ".html", ".mp4", ".pdf", ".png", ".svg"}
 )
 ACTIVE = frozenset({".html", ".svg"})
 """Formats that may contain scripts; opened only if a task of this app wrote the file."""

@@ -213,20 +213,6 @@ def remember(form: CommandForm, texts: Mapping[str, str]) -> None:
             write_bytes(_memory(), json.dumps(found).encode())
 
 
-def takes_terminal(arguments: Sequence[str]) -> bool:
-    """Return whether a command of a form needs the terminal: that of a package, or of gaitsim."""
-    for words in (".".join(arguments[:2]), arguments[0]):
-        if words in entries(COMMANDS):
-            action = load_object(find(COMMANDS, words))
-            return bool(getattr(action, "terminal", False))
-    return False
-
-
-def all_forms() -> tuple[CommandForm, ...]:
-    """Return all products in the order of the groups."""
-    return tuple(form for found in forms().values() for form in found)
-
-
 def unavailable_products(
     run: Path, forms: Sequence[CommandForm]
 ) -> dict[CommandForm, GaitsimError]:

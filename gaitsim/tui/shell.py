@@ -1,6 +1,5 @@
 """The app without its screens: what all screens share, and the keys of vi."""
 
-import asyncio
 import shlex
 import signal
 import subprocess
@@ -14,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 from rich.theme import Theme
-from textual import work
 from textual.app import SuspendNotSupported
 from textual.binding import Keymap
 from textual.containers import ScrollableContainer
@@ -27,7 +25,14 @@ from textual.widgets import DataTable, Input, OptionList, Static
 from textual.worker import WorkerFailed
 
 from gaitsim.errors import GaitsimError
-from gaitsim.tui.config import THEME, Config, format_problem, remember
+from gaitsim.tui.config import (
+    THEME,
+    Config,
+    check_keys,
+    format_problem,
+    remember,
+    valid_keys,
+)
 from gaitsim.tui.formatting import NOTIFIED, clip
 from gaitsim.tui.key_queue import KeyQueue
 from gaitsim.tui.keys import ACTIONS, PREFIX, bindings
@@ -227,18 +232,9 @@ class Shell(ViKeys):
         config = self._config
         if config is None:
             return
-        self._report(config.path, config.problems)
+        self._report(config.path, [*config.problems, *check_keys(config)])
         if config.keys:
-            from gaitsim.tui.config import valid_keys
-
             self.set_keymap(valid_keys(config))
-            self._check_keys(config)
-
-    @work(group="keys")
-    async def _check_keys(self, config: Config) -> None:
-        from gaitsim.tui.config import find_problems
-
-        self._report(config.path, await asyncio.to_thread(find_problems, config))
 
     def _report(self, path: Path, problems: Sequence[GaitsimError]) -> None:
         """Report the problems of the settings in one message."""
@@ -296,7 +292,7 @@ class Shell(ViKeys):
         if task.state == "done" and task.opens and task.files:
             self.run_worker(self._open_file(task.files[0]), group="open")
             return
-        if self.screen.query("#tasks") or getattr(self.screen, "job", None) is task:
+        if self.screen.query("#tasks"):
             return
         line = clip(task.command, NOTIFIED)
         if task.state == "done":

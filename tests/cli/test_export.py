@@ -1,11 +1,13 @@
 """`gaitsim export`; test_show covers the formats of joint angles."""
 
+from itertools import chain
+
 import pytest
 
 from gaitsim.actions.action import SeveralIndividuals
 from gaitsim.contracts.product import RESERVED
 from gaitsim.inspecting import formats
-from gaitsim.tui.products import all_forms, forms
+from gaitsim.tui.products import forms
 
 
 def table(path):
@@ -100,7 +102,7 @@ def test_a_package_adds_a_format_with_flags_and_a_form(gaitsim, finished, instal
     assert (tmp_path / "a.board").read_text().startswith("3 ")
     refused = gaitsim("export", "puppet", "--format", "board", "--channels", 17, code=2).stderr
     assert "invalid --channels: '17'" in refused
-    (form,) = [form for form in all_forms() if form.title == "My board"]
+    (form,) = [form for form in [*chain(*forms().values())] if form.title == "My board"]
     assert next(iter(form.fields())) == "channels"
     run = tmp_path / "runs/puppet"
     assert form.read(run, {"channels": "4"})[0][2:] == ("--format", "board", "--channels", "4")

@@ -162,7 +162,7 @@ def test_legs_have_the_colour_of_their_side_and_feet_on_the_ground_more_of_it(th
 
 
 def test_a_still_names_the_feet_and_has_no_clock(tmp_path):
-    write_still(robot(), tmp_path / "still.png", "A robot", frame=5, size=(320, 240))
+    write_still(robot(), tmp_path / "still.png", "A robot", size=(320, 240))
     named = np.array(Image.open(tmp_path / "still.png")).astype(int)
     assert named.shape == (240, 320, 3)
     plain = Clip(

@@ -38,7 +38,7 @@ async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, dri
         plan, pane = screen.plot, screen.pane
         assert plan.member == best
         assert f"member {best}" in screen.query_one("#member").text
-        assert pane.member.shown.individual.member.number == best
+        assert pane.member[0].individual.member.number == best
         assert f"{len(members.scores)} of 324 cells" in screen.sub_title
         assert "QD score" in screen.sub_title
         axes = plan.names
@@ -50,8 +50,8 @@ async def test_the_cursor_moves_between_elites_and_the_pane_shows_each(walk, dri
             await driver.press(key)
             met.add(plan.member)
         assert len(met) > 2
-        await driver.until(lambda: pane.member.shown.individual.member.number == plan.member)
-        assert pane.member.shown.individual.score == members.scores[plan.member - 1]
+        await driver.until(lambda: pane.member[0].individual.member.number == plan.member)
+        assert pane.member[0].individual.score == members.scores[plan.member - 1]
 
         # The cursor stays on its gait along other axes, if it is the best of its cell there.
         await driver.press("b", "right_square_bracket")

@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 from gaitsim.sharing.challenge import Challenge
-from gaitsim.tui.screens.verify import Verify
 
 
 async def test_a_code_is_copied_from_the_replay(walk, drive):
@@ -15,13 +14,12 @@ async def test_a_code_is_copied_from_the_replay(walk, drive):
         screen = await driver.at("Replay")
         await driver.until(lambda: screen.pane.shown is not None)
         await driver.press("C")
-        await driver.at("ShowCode")
+        await driver.at("AskText")
         found = Challenge.read(driver.app.clipboard)
         shown = screen.pane.shown
         assert found.score == shown.individual.score
-        assert driver.screen.query_one("#code").text == driver.app.clipboard
-        await driver.press("c", "escape")
-        assert "Copied" in driver.notifications()
+        assert driver.screen.query_one("#text").text == driver.app.clipboard
+        await driver.press("escape")
         await driver.at("Replay")
 
 
@@ -33,16 +31,17 @@ async def test_a_pasted_code_is_verified(walk, drive):
 
         code = load(run).share()
         forged = replace(Challenge.read(code), score=99.0).code
-        for pasted, verdict in ((f"{code[:30]}\n {code[30:]}", "identical"), (forged, "different")):
+        for pasted, verdict in (
+            (f"{code[:30]}\n {code[30:]}", ": reproduced"),
+            (forged, ": not reproduced"),
+        ):
             driver.app.screen.verify_code()
-            await driver.at("AskCode")
-            driver.screen.query_one("#code").text = pasted
+            await driver.at("AskText")
+            driver.screen.query_one("#text").text = pasted
             await driver.press("ctrl+s")
-            screen = await driver.at("Verify")
-            assert isinstance(screen, Verify)
-            await driver.until(lambda screen=screen: not screen.job.running)
-            await driver.until(lambda verdict=verdict: verdict in driver.text("#verify-state"))
-            assert not {"verify.some", "verify.all"} & driver.offered()
+            await driver.at("TaskList")
+            await driver.until(lambda: not driver.app.tasks.all[-1].running)
+            await driver.until(lambda verdict=verdict: verdict in driver.text("#task-text"))
             assert "Running" not in driver.notifications()
             assert "Done" not in driver.notifications()
             await driver.press("escape")

@@ -19,7 +19,7 @@ SCREENS = {
     "New": ["n", "enter"],
     "Presets": ["n"],
     "ExportDialog": ["e"],
-    "NoteDialog": ["N"],
+    "AskText": ["N"],
     "ChangeForm": ["enter", "c"],
     "Compare": ["space", "down", "space", "c"],
     "Studies": ["u"],

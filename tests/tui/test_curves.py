@@ -10,12 +10,10 @@ from waiting import strips
 
 from gaitsim.render.series import Series
 from gaitsim.render.terminal import curves
-from gaitsim.render.terminal.curve_view import CurveView, Scale, frame_of, smooth_series
-from gaitsim.render.terminal.curves import plot, thin_series
-from gaitsim.render.ticks import labels, log_ticks, ticks
+from gaitsim.render.terminal.curves import Scale, frame_of, plot, thin_series
+from gaitsim.render.ticks import labels, ticks
 from gaitsim.tui.widgets.cells import Cells
-from gaitsim.tui.widgets.curve_plot import CurvePlot
-from gaitsim.tui.widgets.curves import Curves
+from gaitsim.tui.widgets.curves import CurvePlot, Curves
 
 
 def series(y, name="best"):
@@ -40,13 +38,6 @@ class TestTicks:
         assert ((found >= low - 1e-3 * height) & (found <= low + 1.001 * height)).all()
         if len(found) > 2:
             assert np.allclose(np.diff(found), found[1] - found[0])
-
-    @given(st.floats(1e-6, 1e6), st.floats(1.5, 1e9), st.integers(2, 12))
-    def test_logarithmic_ticks_are_few_and_on_the_axis(self, low, factor, most):
-        found = log_ticks(low, low * factor, most)
-        assert len(found) <= most + 1
-        assert ((found >= low * 0.99) & (found <= low * factor * 1.01)).all()
-        assert (np.diff(found) > 0).all()
 
     def test_labels_have_equally_many_digits_and_true_minus_signs(self):
         assert labels(np.array([-1.0, 0.0, 0.5])) == ["−1.0", "0.0", "0.5"]
@@ -122,39 +113,22 @@ class TestPlot:
 
     @given(
         st.lists(st.floats(), max_size=20),
-        st.builds(
-            CurveView,
-            smooth=st.sampled_from([1, 5, 25]),
-            log=st.booleans(),
-            whole=st.booleans(),
-        ),
+        st.booleans(),
         st.integers(1, 19),
     )
-    def test_any_view_can_be_drawn(self, numbers, view, stage):
+    def test_any_values_can_be_drawn(self, numbers, whole, stage):
         one = series(numbers)
         stages = (stage,) if stage < len(numbers) else ()
         other = Series("other", one.x, one.y[::-1], stages)
-        plot([one, other], 40, 10, "generation", [3], view, 2.0)
+        plot([one, other], 40, 10, "generation", [3], 2.0, whole=whole)
 
     def test_a_run_far_below_is_shown_in_full(self):
         weak = Series("weak", np.arange(1.0, 21), np.linspace(-9, -8, 20))
         strong = series(np.linspace(1, 2, 1000), "strong")
-        _, inks = plot([strong, weak], 60, 14, view=CurveView(whole=True))
+        _, inks = plot([strong, weak], 60, 14, whole=True)
         assert (inks == curves.ink_of(1, 2)).any()
         _, inks = plot([strong, weak], 60, 14)
         assert not (inks == curves.ink_of(1, 2)).any()
-
-
-class TestSmoothed:
-    def test_stages_and_gaps_are_preserved(self):
-        y = np.array([0.0, 0, np.nan, 0, 9, 9, 9, 9])
-        found = smooth_series(Series("best", np.arange(8.0), y, (4,)), 5).y
-        assert np.array_equal(found, y, equal_nan=True)
-
-    def test_a_single_peak_is_removed(self):
-        y = np.zeros(50)
-        y[20] = 7
-        assert not smooth_series(series(y), 5).y.any()
 
 
 class TestThinned:
@@ -216,7 +190,7 @@ def legend(shown):
 
 
 class TestExploring:
-    """Zoom, cursor, smoothing and logarithmic axes, by keys and mouse."""
+    """The cursor, by keys and mouse."""
 
     @staticmethod
     async def fill(shown, pilot, y=None):
@@ -235,6 +209,8 @@ class TestExploring:
             assert "best 89" in legend(shown)
             await pilot.press("home", "left")
             assert shown.cursor == 1
+            await pilot.press("end")
+            assert shown.cursor == 100
             await pilot.hover(CurvePlot, offset=(40, 5))
             await pilot.pause()
             assert 60 < shown.cursor < 95
@@ -243,53 +219,6 @@ class TestExploring:
             await pilot.hover(".legend")
             await pilot.pause()
             assert 25 < shown.cursor < 45
-
-    async def test_zoom_and_pan_stay_within_the_curves_and_0_shows_all(self):
-        async with show() as (shown, pilot):
-            await self.fill(shown, pilot)
-            await pilot.press("plus")
-            view = shown.view
-            assert view.right - view.left == pytest.approx(99 / 1.5)
-            await pilot.press("ctrl+left", "ctrl+left", "ctrl+left", "ctrl+left")
-            assert shown.view.left == 1
-            assert "zoomed" in legend(shown)
-            for _ in range(30):  # the zoom ends at a few points
-                await pilot.press("plus")
-            assert len(curves.points_in_view(shown.series, shown.view)[0].x) <= 6
-            await pilot.press("end")  # the cursor takes the view with it
-            assert shown.view.left < 100 <= shown.view.right
-            await pilot.press("0")
-            assert not shown.view.zoomed
-            await pilot.press("minus")
-            assert not shown.view.zoomed
-
-    async def test_0_also_shows_single_points_far_below_the_others(self):
-        async with show() as (shown, pilot):
-            await self.fill(shown, pilot, np.concatenate([[-1e6], np.linspace(1, 2, 99)]))
-            assert shown.query_one(CurvePlot).frame.below
-            await pilot.press("0")
-            assert shown.query_one(CurvePlot).frame.y == Scale(-1e6, 2)
-            await pilot.press("0")
-            assert shown.query_one(CurvePlot).frame.below
-
-    async def test_smoothing_shows_medians_and_labels_them(self):
-        async with show() as (shown, pilot):
-            await self.fill(shown, pilot, np.where(np.arange(100) % 7, 1.0, 50.0))
-            await pilot.press("m")
-            assert "median of 5" in legend(shown)
-            assert shown.query_one(CurvePlot).frame.y.high < 2
-            await pilot.press("m", "m", "m")
-            assert "median" not in legend(shown)
-            assert shown.query_one(CurvePlot).frame.y.high == 50
-
-    async def test_the_axis_is_logarithmic_if_all_values_are_positive(self):
-        async with show() as (shown, pilot):
-            await self.fill(shown, pilot)
-            await pilot.press("l")
-            assert shown.query_one(CurvePlot).frame.y.log
-            await self.fill(shown, pilot, np.linspace(-1, 1, 100))
-            assert "no log scale: values ≤ 0" in legend(shown)
-            assert not shown.query_one(CurvePlot).frame.y.log
 
 
 def picture_text(shown):

@@ -35,7 +35,7 @@ async def test_the_cursor_moves_along_the_front_and_two_members_are_compared(wal
         first, second = (f"{members.values['price'][at]:.4f}".replace("-", "−") for at in (0, 2))
         row = next(line for line in screen.query_one("#member").text.split("\n") if "price" in line)
         assert row.split()[1:4] == [second, first, second]
-        await driver.until(lambda: pane.member.shown.individual.member.number == 3)
+        await driver.until(lambda: pane.member[0].individual.member.number == 3)
 
         # The colour is the objective that is not on an axis.
         assert plot.colour == "score"

@@ -221,21 +221,21 @@ class TestSortingAndFiltering:
         settings = config("")
         async with drive(config=settings, size=(110, 34)) as driver:
             await driver.press("C")
-            asked = await driver.at("ColumnsDialog")
-            await driver.press("down", "enter", "down")  # without the body
-            await driver.press("less_than_sign", "tab")
-            await driver.type("evolution.pop")
-            await driver.press("right")
-            assert asked.query_one("#other", Input).value == "evolution.population"
-            await driver.press("enter")
-            asked.query_one("#other", Input).value = "evolution.popolation"
+            asked = await driver.at("Ask")
+            answer = asked.query_one("#answer", Input)
+            assert answer.value == "name, body, fitness, generation, score, state, age"
+            answer.value = "name, evolution.popolation"
             await driver.press("enter")
             assert "did you mean 'evolution.population'?" in driver.text("#ask-problem")
-            await driver.press("ctrl+s")
+            answer.value = "name, generation, score, "
+            await driver.press("end")
+            await driver.type("evolution.pop")
+            await driver.press("right")
+            assert answer.value == "name, generation, score, evolution.population"
+            await driver.press("enter")
             await driver.at("Home")
             table = driver.screen.query_one("#runs")
-            wanted = ["name", "generation", "fitness", "score", "state", "age"]
-            assert [*table.chosen] == [*wanted, "evolution.population"]
+            assert [*table.chosen] == ["name", "generation", "score", "evolution.population"]
             population = table.run.options["evolution.population"]
             await driver.until(lambda: str(population) in rows(driver)[0])
             table.sort_by("evolution.population")
@@ -244,8 +244,9 @@ class TestSortingAndFiltering:
             table = driver.screen.query_one("#runs")
             assert (table.chosen[-1], table.sort) == ("evolution.population",) * 2
             await driver.press("C")
-            await driver.at("ColumnsDialog")
-            await driver.press("u")
+            asked = await driver.at("Ask")
+            asked.query_one("#answer", Input).value = ""
+            await driver.press("enter")
             await driver.at("Home")
             assert not driver.screen.query_one("#runs").chosen
 
@@ -396,7 +397,7 @@ class TestNamesAndNotes:
             walk(name, 0)
         async with drive() as driver:
             await driver.press("N")
-            asked = await driver.at("NoteDialog")
+            asked = await driver.at("AskText")
             await driver.type("drags one leg")
             await driver.press("escape")
             await driver.at("Confirm")

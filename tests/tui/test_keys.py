@@ -15,10 +15,9 @@ from gaitsim.tui import screens
 from gaitsim.tui.screens.base import Dialog
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.files import ChooseFile
-from gaitsim.tui.screens.help import Help, Jump
+from gaitsim.tui.screens.help import Help
 from gaitsim.tui.screens.presets import Presets
-from gaitsim.tui.screens.questions import Ask, Choose, ColumnsDialog, Confirm, NoteDialog, Pick
-from gaitsim.tui.screens.verify import AskCode, ShowCode
+from gaitsim.tui.screens.questions import Ask, AskText, Choose, Confirm, PickTrashed
 from gaitsim_adaptation.damage import JointDialog
 from gaitsim_studies.study_dialog import SWEEP, StudyDialog
 
@@ -51,7 +50,7 @@ def two(walk):
     [
         (["R"], "Ask"),  # rename
         (["B"], "Ask"),  # gallery
-        (["N"], "NoteDialog"),
+        (["N"], "AskText"),
         (["enter", "g"], "Ask"),  # generations
         (["slash"], "Home"),  # the filter
     ],
@@ -66,7 +65,7 @@ async def test_a_field_receives_all_keys_typed_while_it_opens(two, drive, openin
         send(driver.app, *["backspace"] * len(BURST))
         await driver.until(lambda: BURST[0] not in text_of(driver.screen)[-1:])
         if dialog != "Home":
-            send(driver.app, *["escape"] * (len(opening) + (dialog == "NoteDialog")), "j", "j")
+            send(driver.app, *["escape"] * (len(opening) + (dialog == "AskText")), "j", "j")
             await driver.until(lambda: driver.screen is home)
         assert [run.name for run in home.query_one("#runs").shown] == shown
 
@@ -122,18 +121,14 @@ DIALOGS = {
     "Confirm": lambda home: Confirm("Really?", "Yes", danger=True),
     "Choose": lambda home: Choose("Which?", {"k": "Keep", "s": "Stop"}),
     "Ask": lambda home: Ask("Name?"),
-    "Pick": lambda home: Pick("Which?", {"one": Text("One")}),
-    "ColumnsDialog": lambda home: ColumnsDialog(["name"], ["name", "body"], ["seed"]),
-    "NoteDialog": lambda home: NoteDialog("one", ""),
+    "PickTrashed": lambda home: PickTrashed("Which?", {"one": Text("One")}),
+    "AskText": lambda home: AskText("What?"),
     "ExportDialog": lambda home: ExportDialog(home.runs[0].path),
     "StudyDialog": lambda home: StudyDialog(SWEEP),
-    "ShowCode": lambda home: ShowCode("A code", "gaitsim1-abc"),
-    "AskCode": lambda home: AskCode(),
     "Presets": lambda home: Presets(),
     "ChooseFile": lambda home: ChooseFile(),
     "JointDialog": lambda home: JointDialog(["hip"], {}, lambda joint, text: None),
     "Help": Help,
-    "Jump": Jump,
 }
 
 
@@ -166,7 +161,7 @@ async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
         await driver.until(lambda: not app.holds_keys)
         assert received == {dialog: MANY}
         assert driver.screen is opened
-        if dialog in ("Ask", "NoteDialog", "AskCode"):
+        if dialog in ("Ask", "AskText"):
             await driver.until(lambda: text_of(opened) == MANY)
 
 
@@ -177,7 +172,6 @@ async def test_every_dialog_receives_a_burst(two, drive, received, dialog):
         (["e"], "ExportDialog"),
         (["d"], "Confirm"),
         (["question_mark"], "Help"),
-        (["ctrl+o"], "Jump"),
         (["ctrl+p"], "CommandPalette"),
         (["u", "n"], "StudyDialog"),
         (["u", "c"], "StudyDialog"),

@@ -1,6 +1,7 @@
 """Snapshots of the app's screens, with a fixed clock and fixed runs."""
 
 import math
+from itertools import chain
 from pathlib import Path
 
 import pytest
@@ -11,8 +12,8 @@ from gaitsim.errors import GaitsimError, RunError
 from gaitsim.registry import KINDS
 from gaitsim.storage.growing import RunsWatcher
 from gaitsim.storage.overview import Overview
+from gaitsim.tui import products
 from gaitsim.tui.app import GaitsimApp
-from gaitsim.tui.products import all_forms
 from gaitsim.tui.screens import run_preview
 from gaitsim.tui.screens.export_dialog import ExportDialog
 from gaitsim.tui.screens.help import Help
@@ -20,6 +21,12 @@ from gaitsim.tui.screens.new import New
 from gaitsim.tui.screens.plugins import Plugins
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task
+
+
+def every_form():
+    """Return all products of the export dialog, in its order."""
+    return [*chain(*products.forms().values())]
+
 
 NOW = 2e9
 SMALL, LARGE = (80, 24), (160, 48)
@@ -144,7 +151,9 @@ def test_plugins(look, only_puppets):
 
 @pytest.mark.slow
 def test_export(look, monkeypatch):
-    missing = {all_forms()[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")}
+    missing = {
+        every_form()[1]: GaitsimError("there are no [b]joints", allowed="a body with joints")
+    }
     monkeypatch.setattr(
         "gaitsim.tui.screens.export_dialog.unavailable_products", lambda run, forms: missing
     )
@@ -153,7 +162,7 @@ def test_export(look, monkeypatch):
         dialog = ExportDialog(RUNS[0].path, 12)
         await pilot.app.push_screen(dialog)
         await app_until(pilot, lambda: dialog.query("Field"))
-        channel = next(place for place, one in enumerate(all_forms()) if "channel" in one.plugin)
+        channel = next(place for place, one in enumerate(every_form()) if "channel" in one.plugin)
         await pilot.press(*["down"] * channel)
         await app_until(pilot, lambda: len(dialog.query("Field")) > 4)
 

@@ -20,7 +20,7 @@ from gaitsim.storage.writer import RunWriter
 from gaitsim.tui.app import GaitsimApp
 from gaitsim.tui.screens.replay import Replay
 from gaitsim.tui.screens.replay_loading import PATIENCE, Loader
-from gaitsim.tui.widgets.curve_plot import CurvePlot
+from gaitsim.tui.widgets.curves import CurvePlot
 from gaitsim.tui.widgets.footfalls import FootfallStrip
 from gaitsim.tui.widgets.scrubber import Scrubber
 

@@ -6,18 +6,26 @@ import os
 import shlex
 import sys
 from contextlib import nullcontext
+from itertools import chain
 from pathlib import Path
 
 import pytest
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import ExperimentError, GaitsimError
+from gaitsim.tui import products
 from gaitsim.tui.opener import open_file, open_or_copy
-from gaitsim.tui.products import all_forms, unavailable_products
+from gaitsim.tui.products import unavailable_products
 from gaitsim.tui.screens.base import RunChoice
 from gaitsim.tui.screens.tasks import TaskList
 from gaitsim.tui.tasks import Task, Tasks
 from gaitsim.tui.widgets.form import Field
+
+
+def every_form():
+    """Return all products of the export dialog, in its order."""
+    return [*chain(*products.forms().values())]
+
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="SIGINT stops a task")
 
@@ -178,7 +186,7 @@ class TestOpener:
 
 def highlight(dialog, words):
     """Highlight the product whose command ends with words."""
-    menu, forms = dialog.query_one("#products"), all_forms()
+    menu, forms = dialog.query_one("#products"), every_form()
     at = next(n for n, one in enumerate(forms) if " ".join(one.command).endswith(words))
     menu.highlighted = menu.get_option_index(str(at))
 
@@ -186,7 +194,10 @@ def highlight(dialog, words):
 class TestExports:
     @pytest.mark.packages
     def test_options_become_arguments_and_invalid_ones_are_rejected(self):
-        run, forms = Path("runs/a b"), {form.title: form for form in all_forms()}
+        run, forms = (
+            Path("runs/a b"),
+            {form.title: form for form in every_form()},
+        )
         for title, texts, words in (
             ("Video", {"damage": "L2 lost, R1 femur stuck 20", "world": "friction 0.4"},
              "video 'runs/a b' '--damage=L2 lost' '--damage=R1 femur stuck 20' "
@@ -231,7 +242,7 @@ class TestExports:
         if not angles:
             monkeypatch.setattr(puppets.Reach, "needs", ("reach",))
             monkeypatch.setattr(puppets.Puppet, "channels", {"reach": Channel((), "m", "")})
-        found = unavailable_products(run, all_forms())
+        found = unavailable_products(run, every_form())
         for product in found:
             arguments = product.read(run, {})[0]
             assert found[product].what in gaitsim(*arguments, code=2).stderr

@@ -171,7 +171,7 @@ class Labels:
     def _legend(self, right: float, bottom: float, room: float, size: float, grid: float) -> None:
         """Write the meaning of the markers and the step of the grid, as far as they fit.
 
-        A flying body, whose grid varies with the altitude, has an altitude scale instead.
+        A flying body, whose grid varies with the altitude, has none.
         """
         skeleton = self._clips[0].skeleton
         if skeleton.contacts is None:

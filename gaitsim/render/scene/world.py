@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gaitsim.render.colours import LEFT, MIDDLE, RIGHT, is_damaged, sides
-from gaitsim.render.plots.labels import format_number
 from gaitsim.render.scene.bodies import body, shadow
 from gaitsim.render.scene.camera import DISTANCE, Camera, Points, axes, fit_box, view_angles
 from gaitsim.render.scene.clip import Clip, Pose, Race
-from gaitsim.render.scene.ground import SHADES, fine_step, grid, steps
+from gaitsim.render.scene.ground import SHADES, fine_step, grid
 from gaitsim.render.scene.labels import (
     MIN_LETTERS,
     POINT,
@@ -190,90 +189,6 @@ def _paths_by_shade(camera: Camera, pieces: Points, strength: Points) -> Sequenc
     return paths
 
 
-MIN_NUMBER_GAP = 70.0  # minimum pixels between numbers
-DIVISIONS = 5  # divisions between two numbers
-
-
-class AltitudeScale:
-    """A ruler at the right edge of the picture, at the scale of the bodies.
-
-    Args:
-        figure: figure to draw in.
-        size: width and height of the picture, pixels.
-        theme: colours of the picture.
-        colours: colour of each body's pointer.
-        scale: pixels per metre of altitude.
-        unit: size of the picture; see `relative_size`.
-    """
-
-    def __init__(
-        self,
-        figure: "Figure",
-        size: tuple[int, int],
-        theme: SceneTheme,
-        colours: Sequence[str],
-        scale: float,
-        unit: float,
-    ) -> None:
-        from matplotlib.collections import LineCollection, PathCollection, PolyCollection
-        from matplotlib.transforms import IdentityTransform
-
-        width, height = size
-        self._right = width - 22 * unit
-        # Between the title and the clock.
-        self._low, self._high = 0.16 * height, 0.84 * height
-        self._scale, self._unit = scale, unit
-        self._step = steps(MIN_NUMBER_GAP * unit / scale)[0]
-        self._size = max(14 * unit, MIN_LETTERS)
-        self._ticks = LineCollection([], colors=theme.faint, linewidths=1.2 * unit * POINT)
-        self._numbers = PathCollection([], facecolors=theme.faint, edgecolors="none")
-        self._pointer = PolyCollection([], facecolors=colours, edgecolors="none")
-        for artist in (self._ticks, self._numbers, self._pointer):
-            artist.set_transform(IdentityTransform())
-            artist.set_zorder(8)
-            figure.add_artist(artist)
-
-    def show(self, altitudes: Sequence[float], altitude: float, at: float) -> None:
-        """Move the ruler.
-
-        Args:
-            altitudes: altitudes of the bodies, m.
-            altitude: altitude shown at the height `at` in the picture, m.
-            at: height in the picture, pixels.
-        """
-        at = float(np.clip(at, self._low, self._high))
-        fine = self._step / DIVISIONS
-        first = int(np.ceil(altitude / fine + (self._low - at) / (fine * self._scale)))
-        last = int(np.floor(altitude / fine + (self._high - at) / (fine * self._scale)))
-        number = np.arange(first, last + 1)
-        y = at + (number * fine - altitude) * self._scale
-        long = number % DIVISIONS == 0
-        length = np.where(long, 14, 7) * self._unit
-        ticks = np.empty((len(number), 2, 2))
-        ticks[:, 0, 0], ticks[:, 1, 0] = self._right - length, self._right
-        ticks[..., 1] = y[:, None]
-        line = np.array([[[self._right, self._low], [self._right, self._high]]])
-        self._ticks.set_segments([*line, *ticks])
-        right = self._right - 22 * self._unit
-        self._numbers.set_paths(
-            [
-                text_path(
-                    f"{format_number(value)} m",
-                    self._size,
-                    (right, height - 0.36 * self._size),
-                    1.0,
-                )
-                for value, height in zip(number[long] * fine, y[long], strict=True)
-            ]
-        )
-        heights = at + (np.array(altitudes) - altitude) * self._scale
-        heights = np.clip(heights, self._low, self._high)[:, None, None]
-        wide = 9 * self._unit
-        tip = np.array([[0.0, 0.0], [1.4 * wide, wide], [1.4 * wide, -wide]])
-        tip[:, 0] += self._right + 2 * self._unit
-        self._pointer.set_verts([*(tip + heights * np.array([0.0, 1.0]))])
-
-
 FILLED = 0.56, 0.52  # shares of the picture's width and height that a single body may fill
 FILLED_BY_ALL = 0.8, 0.6  # shares that several bodies may fill together
 MIN_BODY_SIZE = 0.08  # minimum size of each of several bodies, as a share of the picture's height
@@ -328,11 +243,6 @@ class World:
             Runner(self._add, clip, theme, colour, self._unit, size)
             for clip, colour in zip(self.clips, colours, strict=True)
         ]
-        rise = self.scale * float(np.cos(np.radians(self.angles[1])))
-        upright = any(clip.flies for clip in self.clips) and rise > 0.5 * self.scale
-        self.altitude_scale = (
-            AltitudeScale(figure, size, theme, colours, rise, self._unit) if upright else None
-        )
         step = fine_step(self.scale, self._unit)
         self.labels = Labels(figure, size, self.clips, theme, colours, step, heading)
 
@@ -362,13 +272,6 @@ class World:
         ends, strength = grid(camera, self._extent, self._reach, self._unit, lead.corners)
         self.grid.show(camera, lead.on_ground(ends), strength)
         self._show_runners(camera, poses)
-        if self.altitude_scale:
-            altitudes = [
-                float(pose.middle[2]) + clip.floor
-                for clip, pose in zip(self.clips, poses, strict=True)
-            ]
-            at = float(camera.project(poses[self.race.leader].middle)[0][1])
-            self.altitude_scale.show(altitudes, altitudes[self.race.leader], at)
         self.labels.set_clock(poses, seconds)
 
     def _show_runners(self, camera: Camera, poses: Sequence[Pose]) -> None:

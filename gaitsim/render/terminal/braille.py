@@ -6,6 +6,7 @@ terminal has only one colour: the colour of its highest ink applies to all its d
 dots of the ground behind a body are left out, as they would thicken the body.
 """
 
+from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
@@ -105,6 +106,26 @@ def cells(dots: Dots, behind: int = 0) -> tuple[NDArray[np.uint32], Inks]:
     bits = ((grouped >= least) * _BITS).sum(axis=(2, 3), dtype=np.uint32)
     # A space instead of the empty pattern, which some fonts draw as eight rings.
     return np.where(bits > 0, EMPTY + bits, SPACE).astype(np.uint32), inks
+
+
+@dataclass(frozen=True, eq=False)
+class Paper:
+    """The characters of a picture as code points and their inks, both (rows, columns)."""
+
+    codes: NDArray[np.uint32]
+    inks: Inks
+
+    @classmethod
+    def blank(cls, columns: int, rows: int) -> "Paper":
+        """Return a blank picture."""
+        shape = rows, columns
+        return cls(np.full(shape, SPACE, dtype=np.uint32), np.zeros(shape, dtype=np.uint8))
+
+    def write(self, row: int, column: int, text: str, ink: int) -> None:
+        """Write one-column characters; those beyond the right end are left out."""
+        text = text[: max(self.codes.shape[1] - column, 0)]
+        self.codes[row, column : column + len(text)] = [ord(one) for one in text]
+        self.inks[row, column : column + len(text)] = ink
 
 
 def ink_runs(codes: NDArray[np.uint32], inks: Inks) -> list[tuple[str, int]]:

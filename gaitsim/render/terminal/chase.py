@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.scene.camera import DISTANCE, Camera, Points, axes
-from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_lines, empty
+from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, Paper, cells, draw_lines, empty
 from gaitsim.render.terminal.scales import ARROWS
 from gaitsim.render.ticks import format_round_length, round_step
 
@@ -76,6 +76,5 @@ def draw_path(
     step = round_step(columns / 4 * WIDE / scale)
     words = f"{'─' * max(int(step * scale / WIDE), 1)} {format_round_length(step)}"
     if len(words) <= columns:
-        codes[-1, : len(words)] = [ord(sign) for sign in words]
-        inks[-1, : len(words)] = SCALE
+        Paper(codes, inks).write(-1, 0, words, SCALE)
     return codes, inks

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,17 +12,16 @@ from gaitsim.render.series import Series
 from gaitsim.render.terminal.braille import (
     EMPTY,
     HIGH,
-    SPACE,
     WIDE,
     Dots,
     Inks,
+    Paper,
     cells,
     draw_lines,
     draw_points,
     empty,
 )
-from gaitsim.render.terminal.curve_view import CurveView, Frame, frame_of, smooth_series
-from gaitsim.render.ticks import labels, log_ticks, ticks
+from gaitsim.render.ticks import MAX_VALUE, clipped, labels, ticks
 
 _LEFT, _RIGHT = (0x40, 0x04, 0x02, 0x01), (0x80, 0x20, 0x10, 0x08)  # bits of dots, lowest first
 # The bits of the dots from one height to another, by the side of a character.
@@ -78,7 +78,67 @@ MARKERS = "●◆▲■▼◇○"  # on the lines, as more than a few dashes are
 _PIECES = ("━", "╍", "┅", "━", "┉", "╺")  # samples of the dashes for legends
 MARKER_DISTANCE = 16  # approximate columns between two markers of a line
 GROUPS_PER_DOT = 4  # groups of points per dot, horizontally
-ALL = CurveView()
+# A few very low scores, for example in the first generations, would flatten the rest of the
+# curves.
+MAX_OUTLIERS = 0.05  # maximum share of points left out below the axis
+MIN_OUTLIER_DISTANCE = (
+    4.0  # minimum distance of such points below the others, in heights of the others
+)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """One axis, given by its ends."""
+
+    low: float
+    high: float
+
+    def share(self, values: NDArray[Any] | float) -> NDArray[np.float64]:
+        """Return the position of values along the axis, from 0 at the low end to 1 at the high."""
+        found = clipped(np.asarray(values, dtype=np.float64))
+        return (found - self.low) / (self.high - self.low)
+
+    def value(self, share: float) -> float:
+        """Return the value at a share of the axis."""
+        return self.low + share * (self.high - self.low)
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The axes of a plot, and whether points lie below the vertical axis."""
+
+    x: Scale
+    y: Scale
+    below: bool = False
+
+    def dots(self, x: NDArray[Any], y: NDArray[Any] | None, picture: Dots) -> NDArray[np.float64]:
+        """Return the dots (n, 2) of points; without y they are spread over the full height."""
+        height, width = picture.shape
+        down = np.linspace(0, 1, len(x)) if y is None else 1 - self.y.share(y)
+        return np.stack([self.x.share(x) * (width - 1), down * (height - 1)], axis=1)
+
+
+def frame_of(series: Sequence[Series], *, whole: bool = False) -> Frame | None:
+    """Return the axes of curves; None if they have no finite point.
+
+    The vertical axis covers all points except, unless `whole`, a few points far below the others.
+    """
+    found = [(one, at) for one in series if (at := np.isfinite(one.y)).any()]
+    if not found:
+        return None
+    drawn = [one.y[at] for one, at in found if not one.incomparable]
+    y = np.clip(np.concatenate(drawn or [one.y[at] for one, at in found]), -MAX_VALUE, MAX_VALUE)
+    left = min(float(one.x[at][0]) for one, at in found)
+    right = max(float(one.x[at][-1]) for one, at in found)
+    low, top = float(y.min()), float(y.max())
+    usual = float(np.quantile(y, MAX_OUTLIERS))
+    cut = not whole and top - low > (1 + MIN_OUTLIER_DISTANCE) * (top - usual) > 0
+    low = usual if cut else low
+    if top - low <= max(1e-9 * max(abs(top), abs(low)), 1e-300):
+        # Centre a constant curve on an axis of some height.
+        half = 0.1 * abs(top) or 1.0
+        low, top = low - half, top + half
+    return Frame(Scale(left, right if right > left else left + 1.0), Scale(low, top), bool(cut))
 
 
 @dataclass(frozen=True)
@@ -108,17 +168,15 @@ def ink_of(index: int, count: int) -> int:
 
 
 def area_of(
-    series: Sequence[Series], columns: int, rows: int, view: CurveView = ALL
+    series: Sequence[Series], columns: int, rows: int, *, whole: bool = False
 ) -> Area | None:
     """Return the area of curves; None if there are no points or not enough space."""
-    frame = frame_of(series, view)
+    frame = frame_of(series, whole=whole)
     if frame is None or columns < MIN_SIZE[0] or rows < MIN_SIZE[1]:
         return None
     height = rows - (2 if rows >= MIN_LINED_ROWS else 1)
-    numbers = (log_ticks if frame.y.log else ticks)(
-        frame.y.low, frame.y.high, min(max(height // 2, 3), 6)
-    )
-    words = labels(numbers, alike=not frame.y.log)
+    numbers = ticks(frame.y.low, frame.y.high, min(max(height // 2, 3), 6))
+    words = labels(numbers)
     left = max(map(len, words), default=-1) + 2
     if columns - left < MIN_SIZE[0] // 2:
         return None
@@ -131,8 +189,9 @@ def plot(
     rows: int,
     x_label: str = "",
     marks: Sequence[float] = (),
-    view: CurveView = ALL,
     cursor: float | None = None,
+    *,
+    whole: bool = False,
 ) -> tuple[NDArray[np.uint32], Inks]:
     """Draw curves, the first on top, as code points and inks, both (rows, columns).
 
@@ -142,16 +201,15 @@ def plot(
         rows: height of the picture, including the axes.
         x_label: label of the horizontal axis, in characters one column wide.
         marks: values on the horizontal axis with a vertical line, such as the start of a stage.
-        view: visible range and kind of axes.
         cursor: value on the horizontal axis at which the cursor is; None for no cursor.
+        whole: whether the vertical axis includes the few points far below the others.
     """
-    codes = np.full((rows, columns), SPACE, dtype=np.uint32)
-    inks = np.zeros((rows, columns), dtype=np.uint8)
-    series = [smooth_series(one, view.smooth) for one in series]
-    area = area_of(series, columns, rows, view)
+    paper = Paper.blank(columns, rows)
+    codes, inks = paper.codes, paper.inks
+    area = area_of(series, columns, rows, whole=whole)
     if area is None:
         return codes, inks
-    series = [thin_series(one, WIDE * columns) for one in points_in_view(series, view)]
+    series = [thin_series(one, WIDE * columns) for one in series]
     frame, left, height = area.frame, area.left, area.rows
     dots = empty(area.columns, height)
     for mark in marks:
@@ -169,27 +227,15 @@ def plot(
             if one.incomparable:
                 continue
             _mark(codes[:height, left:], inks[:height, left:], one, frame, index, len(series))
-    paper = _Paper(codes, inks)
     for row in range(height):
-        paper.write(row, left - 1, "│")
+        paper.write(row, left - 1, "│", AXIS)
     for value, word in area.numbers:
         row = int(frame.dots(np.array([frame.x.low]), np.array([value]), dots)[0, 1]) // HIGH
-        paper.write(row, left - 2 - len(word) + 1, word + "┤")
+        paper.write(row, left - 2 - len(word) + 1, word + "┤", AXIS)
     if frame.below:
-        paper.write(height - 1, left - 1, "↓")
+        paper.write(height - 1, left - 1, "↓", AXIS)
     _write_x(paper, frame, dots, left, x_label)
     return codes, inks
-
-
-def points_in_view(series: Sequence[Series], view: CurveView) -> list[Series]:
-    """Return the points within a view, and one more on each side."""
-    found = []
-    for one in series:
-        low = 0 if view.left is None else max(int(np.searchsorted(one.x, view.left)) - 1, 0)
-        high = len(one.x) if view.right is None else int(np.searchsorted(one.x, view.right)) + 1
-        stages = tuple(at - low for at in one.stages if low < at < high)
-        found.append(replace(one, x=one.x[low:high], y=one.y[low:high], stages=stages))
-    return found
 
 
 def _points(series: Series, frame: Frame, dots: Dots) -> NDArray[np.float64]:
@@ -211,7 +257,7 @@ def _mark(
     rows, columns = codes.shape
     at = np.isfinite(series.y)
     x, y = frame.x.share(series.x[at]), frame.y.share(series.y[at])
-    inside = (x >= 0) & (x <= 1) & (y >= 0) & (y <= 1)
+    inside = (y >= 0) & (y <= 1)
     x, y = x[inside], y[inside]
     if not len(x):
         return
@@ -224,29 +270,15 @@ def _mark(
         inks[row, column] = ink_of(index, count)
 
 
-@dataclass(frozen=True, eq=False)
-class _Paper:
-    """The cells of a picture, on which text is written."""
-
-    codes: NDArray[np.uint32]
-    inks: Inks
-
-    def write(self, row: int, column: int, text: str) -> None:
-        """Write one-column characters in the ink of the axes."""
-        end = column + len(text)
-        self.codes[row, column:end] = [ord(character) for character in text]
-        self.inks[row, column:end] = AXIS
-
-
-def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> None:
+def _write_x(paper: Paper, frame: Frame, dots: Dots, left: int, name: str) -> None:
     """Write the horizontal axis: a line if there is a row for it, numbers and the label."""
     rows, columns = paper.codes.shape
     lined = rows >= MIN_LINED_ROWS
     if lined:
-        paper.write(rows - 2, left - 1, "└" + "─" * (columns - left))
+        paper.write(rows - 2, left - 1, "└" + "─" * (columns - left), AXIS)
     end = columns - len(name) - 1 if name and columns - left > 3 * len(name) else columns
     if end < columns:
-        paper.write(rows - 1, end + 1, name)
+        paper.write(rows - 1, end + 1, name, AXIS)
     at = ticks(frame.x.low, frame.x.high, max((columns - left) // 10, 2), whole=True)
     free = left - 1
     for value, word in zip(at, labels(at), strict=True):
@@ -254,8 +286,8 @@ def _write_x(paper: _Paper, frame: Frame, dots: Dots, left: int, name: str) -> N
         start = max(column - len(word) // 2, free)
         if start + len(word) <= end:
             if lined:
-                paper.write(rows - 2, column, "┬")
-            paper.write(rows - 1, start, word)
+                paper.write(rows - 2, column, "┬", AXIS)
+            paper.write(rows - 1, start, word, AXIS)
             free = start + len(word) + 1
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.terminal.body import SIDES
-from gaitsim.render.terminal.braille import SPACE, Inks
+from gaitsim.render.terminal.braille import SPACE, Inks, Paper
 from gaitsim.render.ticks import labels, ticks
 
 SWING_INK, CURSOR, FIRST = 1, 2, 3  # inks of swing, of the current frame, and of the first side
@@ -44,8 +44,8 @@ def strip(
         rows: height of the picture.
     """
     frames, feet = touching.shape
-    codes = np.full((rows, columns), SPACE, dtype=np.uint32)
-    inks = np.zeros((rows, columns), dtype=np.uint8)
+    paper = Paper.blank(columns, rows)
+    codes, inks = paper.codes, paper.inks
     stacked = feet > rows
     longest = max((len(name) for name in names), default=0)
     gutter = min(2 * longest + 1 if stacked else longest, _NAME) + 1
@@ -82,27 +82,22 @@ def strip(
     for line in range(lines):
         own = names[2 * line : 2 * line + 2] if stacked else names[line : line + 1]
         name = " ".join(own) if len(" ".join(own)) < gutter else next(iter(own), "")
-        name = name[: gutter - 1]
-        codes[line, : len(name)] = [ord(character) for character in name]
-        inks[line, : len(name)] = FIRST + sides[line]
+        paper.write(line, 0, name[: gutter - 1], FIRST + sides[line])
     if rows > lines:
-        _write_time(codes[lines], inks[lines], gutter, start / rate, rate / (1 if stacked else 2))
+        _write_time(paper, lines, gutter, start / rate, rate / (1 if stacked else 2))
     return codes, inks
 
 
-def _write_time(
-    codes: NDArray[np.uint32], inks: Inks, gutter: int, first: float, rate: float
-) -> None:
+def _write_time(paper: Paper, row: int, gutter: int, first: float, rate: float) -> None:
     """Write seconds below the diagram, in which each column is 1 / `rate` seconds."""
-    columns = len(codes)
+    columns = paper.codes.shape[1]
     last = first + (columns - gutter) / rate
     at = ticks(first, last, max((columns - gutter) // 10, 2))
     words = [f"{label} s" for label in labels(at)]
     for value, word in zip(at, words, strict=True):
         start = gutter + round((value - first) * rate)
         if start + len(word) <= columns:
-            codes[start : start + len(word)] = [ord(sign) for sign in word]
-            inks[start : start + len(word)] = TIME
+            paper.write(row, start, word, TIME)
 
 
 def _shares(touching: NDArray[np.bool_], each: int) -> NDArray[np.float64]:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gaitsim.render import archive_view
 from gaitsim.render.archive_view import ArchiveView
-from gaitsim.render.terminal.braille import Inks
+from gaitsim.render.terminal.braille import Inks, Paper
 from gaitsim.render.terminal.member_picture import (
     AXIS,
     CURSOR,
@@ -22,7 +22,6 @@ from gaitsim.render.terminal.member_picture import (
     Codes,
     ColourScale,
     MemberPicture,
-    Paper,
     PictureArea,
     Place,
     narrow,
@@ -179,7 +178,7 @@ class HeatMap(MemberPicture):
     def draw(
         self, cursor: Place | None = None, marks: Mapping[Place, str] | None = None
     ) -> tuple[Codes, Inks]:
-        area, paper = self.area, Paper.blank(self.area)
+        area, paper = self.area, Paper.blank(self.area.columns, self.area.rows)
         codes, inks = paper.codes, paper.inks
         if not area.fits:
             return codes, inks

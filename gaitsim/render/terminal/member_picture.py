@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim.individual import Individual
 from gaitsim.render.archive_view import colour_scale_low
-from gaitsim.render.terminal.braille import SPACE, Inks
+from gaitsim.render.terminal.braille import Inks, Paper
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.render.ticks import labels, ticks
 
@@ -163,26 +163,6 @@ def numbers_along(ends: NDArray[np.float64], most: int) -> list[tuple[float, str
     return list(zip(values.tolist(), labels(values), strict=True))
 
 
-@dataclass(frozen=True, eq=False)
-class Paper:
-    """The characters of a picture as code points and their inks, both (rows, columns)."""
-
-    codes: Codes
-    inks: Inks
-
-    @classmethod
-    def blank(cls, area: PictureArea) -> "Paper":
-        """Return a blank picture."""
-        shape = area.rows, area.columns
-        return cls(np.full(shape, SPACE, dtype=np.uint32), np.zeros(shape, dtype=np.uint8))
-
-    def write(self, row: int, column: int, text: str, ink: int = AXIS) -> None:
-        """Write one-column characters; those beyond the right end are left out."""
-        text = text[: max(self.codes.shape[1] - column, 0)]
-        self.codes[row, column : column + len(text)] = [ord(one) for one in text]
-        self.inks[row, column : column + len(text)] = ink
-
-
 class MemberPicture(ABC):
     """A picture of members along one or two axes, with places for a cursor.
 
@@ -250,25 +230,25 @@ class MemberPicture(ABC):
         """
         area, bottom = self.area, 1 + height
         right = area.left + wide
-        paper.write(0, max(area.left - 1, 0), up)
+        paper.write(0, max(area.left - 1, 0), up, AXIS)
         for row in range(1, bottom):
-            paper.write(row, area.left - 1, "│")
-            paper.write(row, right, "│")
-        paper.write(bottom, area.left - 1, "└" + "─" * wide + "┘")
+            paper.write(row, area.left - 1, "│", AXIS)
+            paper.write(row, right, "│", AXIS)
+        paper.write(bottom, area.left - 1, "└" + "─" * wide + "┘", AXIS)
         (x_low, x_high), (y_low, y_high) = area.ends[0].tolist(), area.ends[-1].tolist()
         for value, word in area.numbers:
             share = (value - y_low) / (y_high - y_low)
             row = bottom - 1 - min(int(share * height), height - 1)
-            paper.write(row, area.left - 1 - len(word), word + "┤")
+            paper.write(row, area.left - 1 - len(word), word + "┤", AXIS)
         free = 0
         for value, word in numbers_along(area.ends[0], max(wide // 9, 2)):
             column = area.left + min(int((value - x_low) / (x_high - x_low) * wide), wide - 1)
             start = min(max(column - len(word) // 2, 0), area.columns - len(word))
             if start >= free:
-                paper.write(bottom, column, "┬")
-                paper.write(bottom + 1, start, word)
+                paper.write(bottom, column, "┬", AXIS)
+                paper.write(bottom + 1, start, word, AXIS)
                 free = start + len(word) + 1
-        paper.write(bottom + 2, max(right - len(across), 0), across)
+        paper.write(bottom + 2, max(right - len(across), 0), across, AXIS)
 
     def draw_cursor(self, paper: Paper, row: int, column: int, height: int) -> None:
         """Mark the row and the column of the cursor on the axes."""
@@ -293,16 +273,16 @@ class MemberPicture(ABC):
         each = min((room - len(title) - 1) // count, _MAX_LEVEL_WIDTH * LEVELS // count)
         name = f"{title} " if each else ""
         each = max(each, min(room // count, 1))
-        paper.write(row, 0, f"{name}{low} ")
+        paper.write(row, 0, f"{name}{low} ", AXIS)
         column = len(name) + len(low) + 1
         for level in levels if each else ():
             if area.shaded:
-                paper.write(row, column, SHADES[level] * each)
+                paper.write(row, column, SHADES[level] * each, AXIS)
             else:
                 paper.write(row, column, "█" * each, ink_of(level, level))
             column += each
         # A plain space would join the text before it and take its background colour.
-        paper.write(row, column, f"\N{NO-BREAK SPACE}{high}")
+        paper.write(row, column, f"\N{NO-BREAK SPACE}{high}", AXIS)
 
 
 def next_ahead(away: NDArray[np.float64], across: int, up: int) -> int | None:

@@ -7,7 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Skeleton
-from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, Points, cells, draw_lines, empty
+from gaitsim.render.terminal.braille import (
+    HIGH,
+    WIDE,
+    Inks,
+    Paper,
+    Points,
+    cells,
+    draw_lines,
+    empty,
+)
 
 # Inks; a higher one covers a lower one.
 TRUNK, LOST, LEG, DAMAGED = 1, 2, 3, 4
@@ -99,10 +108,8 @@ def draw_plan(
         text = f"{names[leg]}{SIGNS.get(int(state[leg]), '')}"
         text = f"[{text}]" if names[leg] == chosen else text
         at = min(max(column - (len(text) if plan.feet[leg, 1] > 0 else 0), 0), columns - len(text))
-        for place, sign in enumerate(text, max(at, 0)):
-            if place < columns:
-                codes[row, place] = ord(sign)
-                drawn[row, place] = state[leg] + (CHOSEN if names[leg] == chosen else 0)
+        ink = state[leg] + (CHOSEN if names[leg] == chosen else 0)
+        Paper(codes, drawn).write(row, max(at, 0), text, ink)
     return codes, drawn
 
 

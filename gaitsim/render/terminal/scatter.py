@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.render.front_view import FrontView
-from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, cells, draw_points, empty
+from gaitsim.render.terminal.braille import HIGH, WIDE, Inks, Paper, cells, draw_points, empty
 from gaitsim.render.terminal.member_picture import (
     AXIS,
     CURSOR,
@@ -18,7 +18,6 @@ from gaitsim.render.terminal.member_picture import (
     Codes,
     ColourScale,
     MemberPicture,
-    Paper,
     PictureArea,
     Place,
     ink_of,
@@ -136,7 +135,11 @@ class Scatter(MemberPicture):
     def draw(
         self, cursor: Place | None = None, marks: Mapping[Place, str] | None = None
     ) -> tuple[Codes, Inks]:
-        area, paper, at = self.area, Paper.blank(self.area), np.flatnonzero(self.shown)
+        area, paper, at = (
+            self.area,
+            Paper.blank(self.area.columns, self.area.rows),
+            np.flatnonzero(self.shown),
+        )
         if not area.fits:
             return paper.codes, paper.inks
         wide, height = self._wide, self._height
@@ -150,7 +153,7 @@ class Scatter(MemberPicture):
         paper.codes[inside], paper.inks[inside] = cells(dots, behind=EMPTY)
         if self._shaded:
             for index in at.tolist():
-                paper.write(*self._cell((index,)), _MEMBER)
+                paper.write(*self._cell((index,)), _MEMBER, AXIS)
         for place, mark in (marks or {}).items():
             if self.shown[place]:
                 paper.write(*self._cell(place), mark[:1], MARKED)
@@ -175,10 +178,10 @@ class Scatter(MemberPicture):
         text = f" front{f', {hidden:,} without values here' if hidden else ''}  "
         row = self.area.rows - 1
         paper.write(row, 0, _MEMBER, AXIS if self._shaded else SINGLE)
-        paper.write(row, 1, text)
+        paper.write(row, 1, text, AXIS)
         if len(self._others):
             paper.write(row, 1 + len(text), "⠿", EMPTY)
-            paper.write(row, 3 + len(text), "last generation")
+            paper.write(row, 3 + len(text), "last generation", AXIS)
 
     def _inks(self) -> tuple[NDArray[np.uint8], ColourScale | None]:
         """Return the ink of each member, and the colour scale if there is one."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from functools import partial
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar, cast
 
 from textual import command, work
 from textual.app import ComposeResult
@@ -17,7 +17,6 @@ from textual.filter import LineFilter
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Button
 
-from gaitsim.errors import GaitsimError
 from gaitsim.tui.keys import NAMED, PREFIX, add_package_actions, bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.terminal_output import ContrastFilter
@@ -26,6 +25,8 @@ from gaitsim.tui.widgets.footer import Footer, Header
 
 if TYPE_CHECKING:
     from gaitsim.individual import Which
+    from gaitsim.storage.compare_runs import ComparedRun
+    from gaitsim.storage.overview import Overview
 
 add_package_actions()  # Textual reads the keys of a class when it is defined
 
@@ -49,15 +50,6 @@ def _everywhere(app: Shell) -> Iterable[PaletteCommand]:
             do = partial(app.choose_theme, name)
             yield PaletteCommand(f"Theme: {name}", "Switch to this theme and keep it", do)
     yield PaletteCommand("Screenshot", "Save this screen as SVG", app.deliver_screenshot)
-
-
-class Listed(Protocol):
-    """A run in a list: its folder and the problem if it cannot be read."""
-
-    @property
-    def path(self) -> Path: ...
-    @property
-    def problem(self) -> GaitsimError | None: ...
 
 
 class RunChoice(NamedTuple):
@@ -164,7 +156,7 @@ class GaitScreen(Screen[None]):
         if out is not None:
             self.gaitsim.start_task((*map(str, command), "--out", out), opens=not self.app.is_web)
 
-    def open_listed(self, run: Listed | None) -> None:
+    def open_listed(self, run: "Overview | ComparedRun | None") -> None:
         """Open a listed run, or report why it cannot be read."""
         if run is None or not self.is_active:  # a double click arrives twice
             return
@@ -223,17 +215,8 @@ class GaitScreen(Screen[None]):
         assert action.show is not None, "an action without a function is not added"
         action.show(self)
 
-    def action_on_individual(self, name: str) -> None:
-        """Carry out an action of a package on the individual of the screen."""
-        self.action_on_screen(name)
-
-    def action_on_runs(self, name: str) -> None:
-        """Carry out an action of a package on the runs of the screen."""
-        self.action_on_screen(name)
-
-    def action_on_plugin(self, name: str) -> None:
-        """Carry out an action of a package on the plugin of the screen."""
-        self.action_on_screen(name)
+    # The names differ because these actions are available under different conditions.
+    action_on_individual = action_on_runs = action_on_plugin = action_on_screen
 
     def action_files(self) -> None:
         """Show the files exported from the run."""
@@ -252,29 +235,46 @@ class GaitScreen(Screen[None]):
             choice: the run and the individual.
             menu: menu of the commands to ask for instead; see `Action.menu`.
         """
-        from gaitsim.tui.products import takes_terminal
-
         run, which, damage, others = choice
-        dialog = _screen("export_dialog.ExportDialog", run, which, others, damage, menu)
+        dialog: Any = _screen("export_dialog.ExportDialog", run, which, others, damage, menu)
         answer = await self.app.push_screen_wait(dialog)
         if answer == "files":
             self.show_screen("tasks.Files", run)
-        elif answer and takes_terminal(answer):
+        elif answer and dialog.takes_terminal:
             self.gaitsim.run_in_terminal(answer)
         elif answer:
             self.gaitsim.start_task(answer)
 
-    def action_verify(self) -> None:
-        """Repeat the run, study or adaptation and compare every bit."""
-        if self.to_verify is not None:
-            self.show_screen("verify.Verify", self.to_verify)
+    @work(group="ask")
+    async def action_verify(self) -> None:
+        """Repeat the run, study or adaptation and compare every bit, as a task."""
+        subject = self.to_verify
+        if subject is None:
+            return
+        about = (
+            "A quick run is evolved again from its own options and compared bit by bit. Of a long "
+            "run, and of studies, comparisons and adaptations, a part is repeated, or everything."
+        )
+        answers = {"v": "Verify", "a": "All of it"}
+        choose = _screen("questions.Choose", f"Verify {subject}?", answers, about)
+        answer = await self.app.push_screen_wait(choose)
+        if answer is not None:
+            self._verify(str(subject), *(["--all"] if answer == "a" else []))
 
     @work(group="ask")
     async def verify_code(self) -> None:
         """Ask for a challenge code, and verify it."""
-        code = await self.app.push_screen_wait(_screen("verify.AskCode"))
+        from gaitsim.tui.screens.codes import read_code
+
+        ask = _screen("questions.AskText", "Paste a challenge code", "", "Verify", read_code)
+        code = await self.app.push_screen_wait(ask)
         if code:
-            self.show_screen("verify.Verify", code)
+            self._verify(code)
+
+    def _verify(self, subject: str, *options: str) -> None:
+        """Verify a folder, a file or a code in the background, and show its progress."""
+        self.gaitsim.tasks.start(("verify", subject, *options), columns=self.size.width - 2)
+        self.show_screen("tasks.TaskList")
 
     def action_back(self) -> None:
         """Return to the previous screen."""

@@ -79,6 +79,12 @@ class ExportDialog(Dialog[Answer]):
         self._lacking: Mapping[CommandForm, GaitsimError] = {}
         self._built: tuple[CommandForm, GaitsimError | None] | None = None  # what the form shows
 
+    @property
+    def takes_terminal(self) -> bool:
+        """Whether the chosen command needs the terminal."""
+        action = self._built[0].action if self._built else None
+        return action is not None and action.terminal
+
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog", id="export") as box:
             verb = "Start" if self._menu else "Export"

@@ -1,4 +1,4 @@
-"""The help of a screen, with all its keys, and jump mode, which focuses a widget by a letter."""
+"""The help of a screen, with all its keys."""
 
 from collections.abc import Iterator, Sequence
 from functools import partial
@@ -7,21 +7,16 @@ from typing import Any, NamedTuple
 from rich.cells import cell_len
 from rich.table import Table
 from rich.text import Text
-from textual import events, on
+from textual import on
 from textual.app import ComposeResult
 from textual.binding import Binding
 from textual.containers import Vertical, VerticalScroll
 from textual.dom import DOMNode
-from textual.errors import NoWidget
-from textual.geometry import Region
 from textual.screen import Screen
-from textual.widget import Widget
-from textual.widgets import Markdown, OptionList, Static
+from textual.widgets import Markdown, OptionList
 
 from gaitsim.tui.keys import PREFIX, bindings
 from gaitsim.tui.screens.base import Dialog, GaitScreen, unavailable
-
-LETTERS = "asdfghjklqwertyuiopzxcvbnm"  # of jump mode
 
 
 class Help(Dialog[None]):
@@ -109,58 +104,3 @@ def _about(name: str, more: str) -> str:
     if more.casefold().startswith(name.casefold()):
         return more
     return f"{name}: {more[0].lower()}{more[1:]}" if more else name
-
-
-def targets(screen: Screen[Any]) -> dict[str, Widget]:
-    """Return the visible, focusable widgets by letter, top left first."""
-    window = screen.region
-    found = [
-        widget
-        for widget in screen.focus_chain
-        if _visible_region(widget).overlaps(window) and _visible_region(widget).area
-    ]
-    found.sort(key=lambda widget: (_visible_region(widget).y, _visible_region(widget).x))
-    return dict(zip(LETTERS, found, strict=False))
-
-
-def _visible_region(widget: Widget) -> Region:
-    """Return the visible part of a widget."""
-    try:
-        place = widget.screen.find_widget(widget)
-    except NoWidget:
-        return Region()
-    return place.region.intersection(place.clip)
-
-
-class Jump(Dialog[Widget | None]):
-    """Show letters on the widgets of a screen; return the chosen widget, as Posting and Amp do.
-
-    Args:
-        screen: screen below this one.
-    """
-
-    BINDINGS = bindings("jump")
-
-    def __init__(self, screen: Screen[Any]) -> None:
-        super().__init__()
-        self._targets = targets(screen)
-
-    def compose(self) -> ComposeResult:
-        for letter, widget in self._targets.items():
-            label = Static(Text(f" {letter} "), classes="jump-letter")
-            seen = _visible_region(widget)
-            label.styles.offset = (seen.x, seen.y)
-            yield label
-        yield Static("letter: focus the item under it · esc: cancel", id="jump-about")
-
-    def on_key(self, event: events.Key) -> None:
-        widget = self._targets.get(event.key)
-        if widget is not None:
-            event.stop()
-            event.prevent_default()
-            self.dismiss(widget)
-
-    def on_resize(self) -> None:
-        """Close, because the widgets have moved away from their letters."""
-        if self.is_current and self.size != self.app.size:
-            self.dismiss(None)

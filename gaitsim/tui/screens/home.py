@@ -407,17 +407,30 @@ other terminals.
     @work(group="ask")
     async def action_columns(self) -> None:
         """Choose the columns, which are remembered."""
-        from gaitsim.storage.query import KEYS
-        from gaitsim.tui.screens.questions import ColumnsDialog
+        from gaitsim.storage.query import KEYS, check_keys
+        from gaitsim.tui.products import split_names
+        from gaitsim.tui.screens.questions import Ask
 
         if self._table is None:
             return
-        now = [name for name in self._table.columns if name != "curve"]
+        now = self._table.chosen or [name for name in self._table.columns if name != "curve"]
         others = {key for run in self.listed for key in (*run.options, *run.terms)}
-        chosen = self._table.chosen or now
-        columns = await self.app.push_screen_wait(ColumnsDialog(chosen, KEYS, sorted(others)))
-        if columns is not None:
-            self._table.show_columns(columns, self._table.sort)
+        about = (
+            f"Keys separated by commas, or nothing for the usual columns: {', '.join(KEYS)}, or an "
+            "option or term such as evolution.population"
+        )
+        ask = Ask(
+            "Columns",
+            ", ".join(now),
+            lambda text: check_keys(split_names(text), self.listed),
+            about,
+            words=[*KEYS, *sorted(others)],
+            separator=",",
+            empty=True,
+        )
+        answer = await self.app.push_screen_wait(ask)
+        if answer is not None:
+            self._table.show_columns(split_names(answer), self._table.sort)
 
     def on_run_table_arranged(self) -> None:
         """Remember the columns and the order."""

@@ -79,7 +79,7 @@ class MemberPane(Vertical):
         if member is self.member:
             return
         self.member = member
-        skeleton = member.shown.individual.skeleton
+        skeleton = member[0].individual.skeleton
         self.canvas.set_skeleton(skeleton)
         self._feet.set_skeleton(skeleton)
         self._feet.frame = self.canvas.frame
@@ -97,19 +97,20 @@ class MemberPane(Vertical):
         """Show the gait's name and as many measures as fit."""
         width = max(self.content_size.width - 2, 16)
         lines = []
-        if member.gait is not None:
-            name = "no named gait" if member.gait.name == "none" else member.gait.name
-            reason = Text(visible(member.gait.reason), "dim", end="")
+        shown, gait = member
+        if gait is not None:
+            name = "no named gait" if gait.name == "none" else gait.name
+            reason = Text(visible(gait.reason), "dim", end="")
             lines = [Text(visible(name), "bold", end="")]
             lines += reason.wrap(self.app.console, width)[:REASON]
         self._gait.show(lines)
-        measured = member.shown.measurements.items()
+        measured = shown.measurements.items()
         rows = [(name, one.value, one.unit) for name, one in measured]
         numbers = [*number_lines(rows, width)] if rows else []
         feet = self._feet.get_content_height(self.size, self.app.size, self.size.width)
         free = self.size.height - len(lines) - feet - BODY
-        shown = numbers[: max(free, FEW)]
-        self._measures.show([Text(line, no_wrap=True, end="") for line in shown])
+        kept = numbers[: max(free, FEW)]
+        self._measures.show([Text(line, no_wrap=True, end="") for line in kept])
 
     @on(BodyCanvas.FrameShown)
     def _moved(self) -> None:

@@ -37,17 +37,8 @@ class KeptMembers(Generic[V]):
         return len(self.run.stages).to_bytes(4, "little") + genome
 
 
-@dataclass(frozen=True, eq=False)
-class MovingMember:
-    """A member in motion.
-
-    Attributes:
-        shown: body and measures of the member.
-        gait: name of its gait; None if the feet of the body do not define one.
-    """
-
-    shown: ReplayView
-    gait: Name | None
+MovingMember = tuple[ReplayView, Name | None]
+"""Body and measures of a member, and the name of its gait; None if its feet do not define one."""
 
 
 class MembersReader(Generic[V]):
@@ -99,7 +90,7 @@ class MembersReader(Generic[V]):
         except GaitsimError:
             gait = None
         self.units = units_of(shown.individual, kept.view.names)
-        moving = self._members[kept.key(member)] = MovingMember(shown, gait)
+        moving = self._members[kept.key(member)] = shown, gait
         if len(self._members) > CACHED:
             self._members.popitem(last=False)
         return moving

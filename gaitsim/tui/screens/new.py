@@ -9,7 +9,6 @@ from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.content import Content
-from textual.events import DescendantFocus
 from textual.widgets import Button, Input, Label
 
 from gaitsim.errors import GaitsimError
@@ -103,10 +102,6 @@ restores; Ctrl-Z undoes all changes.
         super().show(found)
         for key in KEYS:
             self.query_one(f"#{key}").set_class(key in found.problems, "-wrong")
-
-    @on(DescendantFocus, "#name,#seed")
-    def _follow(self, event: DescendantFocus) -> None:
-        self.sections.mark_line(str(event.widget.id))
 
     @on(Input.Changed, "#name,#seed")
     def _head_changed(self, event: Input.Changed) -> None:

@@ -8,7 +8,7 @@ from itertools import groupby
 from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
-from textual.containers import Horizontal, ItemGrid, Vertical, VerticalScroll
+from textual.containers import Horizontal, Vertical, VerticalScroll
 from textual.events import Click
 from textual.widgets import Input, Static
 
@@ -25,16 +25,16 @@ from gaitsim.tui.screens.base import Dialog
 
 DEFAULT = "spider"  # preset under the cursor without a draft
 NAMES = {"organism": "body", "search": "search", "fitness": "fitness"}
-CARD, ROWS = 34, 6  # columns and rows of a picture in a card
-SIDE = 34, 10  # those of the picture beside the list
-_PICTURES: dict[tuple[str, int, int], str] = {}  # by body, columns and rows
+SIDE = 34, 10  # columns and rows of the picture beside the list
+_PICTURES: dict[str, str] = {}  # by body
 
 
-def draw_body(experiment: Experiment, columns: int, rows: int) -> str:
+def draw_body(experiment: Experiment) -> str:
     """Return a picture of the standing body of an experiment; drawn once for each body."""
     chosen = experiment.entries["organism"].name, experiment.organism.model_dump(mode="json")
-    key = json.dumps(chosen, sort_keys=True), columns, rows
+    key = json.dumps(chosen, sort_keys=True)
     if key not in _PICTURES:
+        columns, rows = SIDE
         skeleton = standing_skeleton(experiment)
         codes, _ = body.picture(Clip(skeleton), 0.0, Viewpoint(), columns, rows + 1, ground=False)
         # The last row has the scale.
@@ -43,24 +43,13 @@ def draw_body(experiment: Experiment, columns: int, rows: int) -> str:
 
 
 class Card(Static):
-    """A preset: a card with a picture, or a line of a list."""
+    """A preset, as a line of a list."""
 
     def __init__(self, preset: Preset, draft: bool) -> None:
-        super().__init__()
-        self.preset, self._draft = preset, draft
-        self.pictures: Sequence[str] = ("", "")  # for a card, and beside the list
-
-    def show(self, *, with_picture: bool) -> None:
-        """Show the card; without a picture, only one line."""
-        preset, search = self.preset, self.preset.plugins.get("search", "")
         name = Text(visible(preset.name), "bold", no_wrap=True, overflow="ellipsis")
-        name.append(f"  {visible(search)}" + "  draft" * self._draft, "not bold")
-        if with_picture:
-            rows = self.pictures[0].split("\n")
-            rows += [""] * (ROWS - len(rows))
-            about = Text(visible(preset.description), "$foreground")
-            name = Text("\n").join([*(Text(row, "$primary") for row in rows), name, about])
-        self.update(name)
+        search = visible(preset.plugins.get("search", ""))
+        super().__init__(name.append(f"  {search}" + "  draft" * draft, "not bold"))
+        self.preset, self.picture = preset, ""
 
 
 class Presets(Dialog[str | None]):
@@ -78,14 +67,12 @@ class Presets(Dialog[str | None]):
         & #preset-filter { background: $panel; margin-bottom: 1; padding: 0 1; }
         & #preset-cards { width: 1fr; }
         & .heading { color: $secondary; text-style: bold; }
-        & ItemGrid { height: auto; }
+        & .presets { height: auto; }
         & Card { height: 1; padding: 0 1; text-wrap: nowrap; text-overflow: ellipsis; }
         & Card.-chosen { background: $primary 30%; }
         & #preset-side {
             width: 37; height: 1fr; padding-left: 1; border-left: solid $border-blurred;
         }
-        &.-wide.-tall Card { height: 10; text-wrap: wrap; }
-        &.-wide.-tall #preset-side { display: none; }
         & #preset-about { height: auto; }
     }
     """
@@ -99,13 +86,13 @@ class Presets(Dialog[str | None]):
     def compose(self) -> ComposeResult:
         with Vertical(classes="dialog") as box:
             box.border_title = "New run: choose a preset"
-            box.border_subtitle = "enter: open · ←↑↓→: move · ctrl+l: a file · esc: cancel"
+            box.border_subtitle = "enter: open · ↑↓: choose · ctrl+l: a file · esc: cancel"
             yield Input(placeholder="words to look for", compact=True, id="preset-filter")
             with Horizontal():
                 with VerticalScroll(id="preset-cards", can_focus=False):
                     for name, presets in _by_body(self._offered()):
                         yield Static(Text(visible(name)), classes="heading")
-                        with ItemGrid(min_column_width=CARD + 2):
+                        with Vertical(classes="presets"):
                             for preset in presets:
                                 yield Card(preset, preset.name in self._drafts)
                 with Vertical(id="preset-side"):
@@ -127,18 +114,6 @@ class Presets(Dialog[str | None]):
             self._choose(self._cards[names.index(self._wanted) if self._wanted in names else 0])
         self._draw()
 
-    def on_resize(self) -> None:
-        self.call_after_refresh(self._arrange)
-
-    def _arrange(self) -> None:
-        """Show cards on a large terminal, else a list."""
-        for grid in self.query(ItemGrid):
-            grid.min_column_width = CARD + 2 if self._is_large else None
-        for card in self.query(Card):
-            card.show(with_picture=self._is_large)
-        if self._card is not None:
-            self.call_after_refresh(self._card.scroll_visible, animate=False)
-
     @work(group="pictures")
     async def _draw(self) -> None:
         """Draw the bodies in a thread, beginning with that of the chosen preset."""
@@ -149,20 +124,11 @@ class Presets(Dialog[str | None]):
             key=lambda card: (card.preset is not first, card.preset.plugins.get("organism") != own),
         )
         for card in cards:
-            card.pictures = await asyncio.to_thread(_pictures, card.preset.name)
+            card.picture = await asyncio.to_thread(_picture, card.preset.name)
             if not self.is_attached:
                 return
-            self._arrange_one(card)
-
-    @property
-    def _is_large(self) -> bool:
-        """Whether the terminal has room for cards."""
-        return self.has_class("-wide") and self.has_class("-tall")
-
-    def _arrange_one(self, card: Card) -> None:
-        card.show(with_picture=self._is_large)
-        if card is self._card:
-            self._show_side()
+            if card is self._card:
+                self._show_side()
 
     # Choosing
 
@@ -185,7 +151,7 @@ class Presets(Dialog[str | None]):
         if self._card is not None:
             preset = self._card.preset
             plugins = preset.plugins
-            picture = Text(self._card.pictures[1], "$primary")
+            picture = Text(self._card.picture, "$primary")
             facts = [f"{NAMES[kind]} {plugins[kind]}" for kind in NAMES if kind in plugins]
             lines = [preset.name, preset.description, "", *facts]
             about = Text("\n".join(map(visible, lines)))
@@ -193,19 +159,11 @@ class Presets(Dialog[str | None]):
         self.query_one("#preset-picture", Static).update(picture)
         self.query_one("#preset-about", Static).update(about)
 
-    def action_move(self, across: int, down: int) -> None:
-        """Choose the nearest card in a direction."""
-        if self._card is None:
-            return
-        here = self._card.region
-        others = [
-            (abs(one.y - here.y), abs(one.x - here.x), card)
-            for card in self._cards
-            if (one := card.region)
-            and ((one.y - here.y) * down > 0 or (across * (one.x - here.x) > 0 and one.y == here.y))
-        ]
-        if others:
-            self._choose(min(others, key=lambda other: other[:2])[2])
+    def action_move(self, step: int) -> None:
+        """Choose the preset below, or above for −1."""
+        cards = self._cards
+        if self._card in cards:
+            self._choose(cards[min(max(cards.index(self._card) + step, 0), len(cards) - 1)])
 
     @on(Input.Changed)
     def _filter(self, event: Input.Changed) -> None:
@@ -255,10 +213,9 @@ def _by_body(presets: Sequence[Preset]) -> Iterator[tuple[str, list[Preset]]]:
         yield body_name, [*found]
 
 
-def _pictures(name: str) -> tuple[str, str]:
-    """Return the pictures of a preset's body, or nothing if it fails."""
+def _picture(name: str) -> str:
+    """Return the picture of a preset's body, or nothing if it fails."""
     try:
-        experiment = load_experiment(name)
-        return draw_body(experiment, CARD, ROWS), draw_body(experiment, *SIDE)
+        return draw_body(load_experiment(name))
     except GaitsimError:
-        return "", ""
+        return ""

@@ -57,7 +57,7 @@ The best individual of any generation, or a member of a front or archive, in mot
 - Filled dots are feet on the ground. Below the body, bars mark when each foot is on the ground
   (Hildebrand 1965). Left and right feet differ in colour.
 - The bar below the body is a scale; the arrow is the heading seen from above, upwards at the
-  start. A flying body has its altitude on the left.
+  start.
 - **Go to** shows a generation by number. **Export** writes plots, videos and gait files of the
   generation shown. **Why** explains its score. **3D** writes a page that plays the motion in 3D in
   any browser, and opens it.
@@ -287,7 +287,7 @@ The best individual of any generation, or a member of a front or archive, in mot
     @work(group="ask", exclusive=True)
     async def action_code(self) -> None:
         """Show the challenge code of the individual and copy it."""
-        from gaitsim.tui.screens.verify import show_code
+        from gaitsim.tui.screens.codes import show_code
 
         if self.pane.shown is not None:
             await show_code(self, self.pane.shown.individual)

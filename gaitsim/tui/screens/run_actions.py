@@ -108,10 +108,7 @@ class RunActions(GaitScreen):
                 str(run.path): Text(f"{clip(run.name, 40)}  deleted {ago(now - run.deleted)}")
                 for run in runs
             }
-            hints = "enter: restore · x: delete all permanently · esc: close"
-            about = "Runs stay in the trash for 30 days."
-            dialog = PickTrashed(f"Trash of {folder}/", items, about, hints)
-            match await self.app.push_screen_wait(dialog):
+            match await self.app.push_screen_wait(PickTrashed(f"Trash of {folder}/", items)):
                 case ("choose", key):
                     run = next(run for run in runs if str(run.path) == key)
                     if await self._try(restore_run, run) is None:
@@ -155,13 +152,14 @@ class RunActions(GaitScreen):
     @work(group="ask")
     async def action_note(self) -> None:
         from gaitsim.storage.manage import read_note, write_note
-        from gaitsim.tui.screens.questions import NoteDialog
+        from gaitsim.tui.screens.questions import AskText
 
         run = self.current()
         if run is None:
             return
         before = await self._try(read_note, run.path)
-        text = await self.app.push_screen_wait(NoteDialog(run.name, before or ""))
+        dialog = AskText(f"Note on the run {run.name}", before or "")
+        text = await self.app.push_screen_wait(dialog)
         if text is not None:
             if await self._try(_call, partial(write_note, run.path, text)):
                 undo = partial(write_note, run.path, before or "")

@@ -18,7 +18,6 @@ from gaitsim.errors import GaitsimError
 from gaitsim.render.scene.clip import Clip
 from gaitsim.render.terminal.body import draw_body
 from gaitsim.render.terminal.chase import VIEWS, chase_camera, draw_path
-from gaitsim.render.terminal.curve_view import CurveView
 from gaitsim.render.terminal.scales import format_yaw
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.steering import SteeredDrive
@@ -28,8 +27,7 @@ from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen
 from gaitsim.tui.widgets.canvas import CLOSER, BodyCanvas
 from gaitsim.tui.widgets.cells import Cells, Picture
-from gaitsim.tui.widgets.curve_plot import CurvePlot
-from gaitsim.tui.widgets.curves import Series
+from gaitsim.tui.widgets.curves import CurvePlot, Series
 
 TURN_SHARE = 0.15  # of the angle to the body's heading that the camera turns per frame
 FPS = 20
@@ -88,13 +86,10 @@ class SteeredBody(BodyCanvas, can_focus=False):
         self.camera = names[(names.index(self.camera) + 1) % len(names)]
         self.redraw()
 
-    def zoom_by(self, steps: int) -> None:
+    def action_zoom(self, steps: int) -> None:
         """Zoom in, or out for negative steps."""
         self.zoom = min(max(self.zoom * CLOSER**steps, 0.25), 4.0)
         self.redraw()
-
-    def action_zoom(self, steps: int) -> None:
-        self.zoom_by(steps)
 
 
 class PathPlan(Cells):
@@ -196,7 +191,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self.sub_title = "steering"
         self.body = SteeredBody("preparing the body …")
         self.plan = PathPlan()
-        self.curve = CurvePlot("seconds", "", CurveView())
+        self.curve = CurvePlot("seconds")
 
     def content(self) -> ComposeResult:
         with Horizontal(id="steering"):
@@ -341,7 +336,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self.app.notify(text, title="Saved", markup=False)
         return True
 
-    async def _may_discard(self) -> bool:
+    async def may_leave(self) -> bool:
         """Return whether the drive may be discarded, after saving it or asking where necessary."""
         from gaitsim.tui.screens.questions import Choose
 
@@ -355,15 +350,11 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         answer = await self.app.push_screen_wait(choose)
         return answer == "d" or (answer == "s" and await self._save())
 
-    async def may_leave(self) -> bool:
-        """Return whether the drive is saved or may be discarded."""
-        return await self._may_discard()
-
     @work(group="restart", exclusive=True)
     async def action_restart(self) -> None:
         drive = self.drive
         assert drive is not None, "available after loading"
-        if not await self._may_discard():
+        if not await self.may_leave():
             return
         self._best = max(self._best, drive.seconds)
         try:
@@ -381,7 +372,7 @@ Steer a body yourself: drive a robot in physics, or fly a fly.
         self.body.next_camera()
 
     def action_zoom(self, steps: int) -> None:
-        self.body.zoom_by(steps)
+        self.body.action_zoom(steps)
 
     async def _leave(self) -> None:
         """Go back, or quit if this is the only screen."""

@@ -11,7 +11,7 @@ from textual.widgets import DataTable, Static
 
 from gaitsim.render.terminal.text import duration, visible
 from gaitsim.storage.files.folder import EXPORTS
-from gaitsim.tui.formatting import percentage
+from gaitsim.tui.formatting import clip, percentage
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.opener import copy_paths, open_or_copy
 from gaitsim.tui.screens.base import GaitScreen, RunChoice
@@ -20,6 +20,7 @@ from gaitsim.tui.widgets.lists import FileTable, OpenTable
 
 GLYPHS = {"running": "●", "done": "✓", "failed": "✗", "stopped": "■"}
 BAR = 10  # cells of a progress bar
+LONG = 500  # characters shown of a command, which may contain a challenge code
 COLUMNS = ("state", "progress", "time", "command")
 
 
@@ -28,9 +29,9 @@ class TaskList(GaitScreen):
 
     SUB_TITLE = "background tasks"
     HELP_TEXT = """
-Exports (gait files, plots, videos, analyses) run in the background; the last column shows
-their commands. Below the list are the full command of the highlighted task and its output: the
-files that it wrote, or why it failed.
+Exports (gait files, plots, videos, analyses) and verifications run in the background; the last
+column shows their commands. Below the list are the command of the highlighted task and its output:
+the files that it wrote, what differs, or why it failed.
 
 Enter, or a click on the highlighted task, **opens** its file with your system's default program.
 Without one, such as over SSH, its path is copied; in a browser, the file is downloaded. A task
@@ -101,10 +102,11 @@ with several files opens their list.
         self.refresh_bindings()
 
     def _show(self, task: Task) -> None:
-        lines = [Text(f"$ {visible(task.command)}", style="$secondary")]
+        lines = [Text(f"$ {clip(task.command, LONG)}", style="$secondary")]
         lines += map(Text, task.output)
         lines += [Text(line, style="$warning") for line in task.notices]
-        if task.error is not None or (task.state == "failed" and not task.notices):
+        silent = not (task.output or task.notices)
+        if task.error is not None or (task.state == "failed" and silent):
             lines.append(Text(task.message, style="$error"))
         if task.files:
             lines.append(Text(f"enter: {'open' if len(task.files) == 1 else 'list files'}", "dim"))
@@ -164,16 +166,10 @@ with several files opens their list.
 
 def _row(task: Task) -> tuple[Text, ...]:
     glyph = f"{GLYPHS[task.state]} {task.state}"
-    cells = (glyph, bar(task), duration(task.seconds), task.command)
+    share = 1.0 if task.state == "done" else task.share
+    bar = "" if share is None else progress_bar(share)
+    cells = (glyph, bar, duration(task.seconds), task.command)
     return tuple(Text(cell, no_wrap=True) for cell in cells)
-
-
-def bar(task: Task) -> str:
-    """Return a task's progress as a bar with a percentage; '' while it is unknown."""
-    part = 1.0 if task.state == "done" else task.share
-    if part is None:
-        return ""
-    return progress_bar(part)
 
 
 def progress_bar(share: float) -> str:

@@ -1,26 +1,120 @@
-"""Interactive curves over generations, evaluations or seconds, in braille dots."""
+"""Curves over generations, evaluations or seconds, in braille dots, with a cursor."""
 
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import replace
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
+import numpy as np
+from rich.style import Style
 from rich.text import Text
+from textual import events
 from textual.app import ComposeResult
+from textual.message import Message
 from textual.widget import Widget
 from textual.widgets import Static
 
 from gaitsim.render.series import Series
-from gaitsim.render.terminal.curve_view import WINDOWS, CurveView, Scale, nearest
-from gaitsim.render.terminal.curves import points_in_view
+from gaitsim.render.terminal import curves
 from gaitsim.render.terminal.text import number, visible
 from gaitsim.tui.keys import bindings
-from gaitsim.tui.widgets.curve_plot import CurvePlot
+from gaitsim.tui.widgets.cells import Cells, Picture
 
-__all__ = ["CurveView", "Curves", "Series"]
+__all__ = ["CurvePlot", "Curves", "Series"]
 
-STEP = 1.5  # zoom factor per key press or notch of the wheel
-FEWEST = 4  # minimum visible points of the longest curve
+# Okabe & Ito (2008), as in plots; darker on a light background, for contrast.
+DARK = ("#56B4E9", "#E69F00", "#009E73", "#CC79A7", "#F0E442", "#D55E00", "#FFFFFF")
+LIGHT = ("#0072B2", "#B84F00", "#00785A", "#A34E82", "#7A6200", "#B3261E", "#1C242B")
+
+
+class CurvePlot(Cells):
+    """Curves in braille dots with axes and a cursor.
+
+    Attributes:
+        series: curves; the first is in front.
+        marks: x values marked by dotted lines, such as starts of stages.
+        x_label: label of the x axis.
+        message: message shown without curves.
+        whole: whether the y axis includes single points far below the others.
+        cursor: x value of the cursor line; None for none.
+    """
+
+    @dataclass
+    class Pointed(Message):
+        """Posted when the mouse points at an x value or clicks it, or leaves (None)."""
+
+        x: float | None
+        clicked: bool = False
+
+    ALLOW_SELECT = False
+    COMPONENT_CLASSES: ClassVar[set[str]] = {
+        "curves--axis",
+        "curves--cursor",
+        *(f"curves--{number}" for number in range(1, len(DARK) + 1)),
+    }
+    DEFAULT_CSS = """
+    CurvePlot {
+        width: 1fr; height: 1fr;
+        & > .curves--axis { color: $foreground 60%; }
+        & > .curves--cursor { color: $foreground; }
+    """ + "".join(
+        f"& > .curves--{number} {{ color: {dark}; }}\n"
+        f"&:light > .curves--{number} {{ color: {light}; }}\n"
+        for number, (dark, light) in enumerate(zip(DARK, LIGHT, strict=True), 1)
+    ) + "}"  # fmt: skip
+
+    def __init__(self, x_label: str, message: str = "", *, whole: bool = False) -> None:
+        super().__init__()
+        self.series: tuple[Series, ...] = ()
+        self.marks: tuple[float, ...] = ()
+        self.x_label, self.message, self.whole = x_label, message, whole
+        self.cursor: float | None = None
+
+    def placeholder(self) -> str:
+        return "" if curves.frame_of(self.series) else self.message
+
+    def picture(self, columns: int, rows: int) -> Picture:
+        return curves.plot(
+            self.series, columns, rows, self.x_label, self.marks, self.cursor, whole=self.whole
+        )
+
+    def ink_styles(self) -> list[Style]:
+        """Return the styles of blank, axes, cursor, and the curves, last curve first."""
+        return [
+            self.ink_style(),
+            self.ink_style("curves--axis"),
+            self.ink_style("curves--cursor"),
+            *(self.style_of(index) for index in reversed(range(len(self.series)))),
+        ]
+
+    def style_of(self, index: int) -> Style:
+        """Return the style of a curve."""
+        apart = self.series[index].incomparable
+        return self.ink_style("curves--axis" if apart else f"curves--{index % len(DARK) + 1}")
+
+    def sample(self, index: int) -> Text:
+        """Return a sample of a curve for a legend."""
+        plain = self.series[index].incomparable or len(self.series) == 1  # no marker
+        piece = "───" if plain else curves.sample(index)
+        return Text(piece, Style(color=self.style_of(index).color))
+
+    def place(self, column: int) -> float | None:
+        """Return the x value of the point nearest to a column."""
+        area = curves.area_of(self.series, *self.content_size, whole=self.whole)
+        if area is None:
+            return None
+        x = area.frame.x.value(area.share(column))
+        places = [float(one.x[at]) for one in self.series if (at := nearest(one, x)) is not None]
+        return min(places, key=lambda place: abs(place - x), default=x)
+
+    def on_mouse_move(self, event: events.MouseMove) -> None:
+        self.post_message(self.Pointed(self.place(event.x)))
+
+    def on_leave(self) -> None:
+        self.post_message(self.Pointed(None))
+
+    def on_click(self, event: events.Click) -> None:
+        self.post_message(self.Pointed(self.place(event.x), clicked=True))
 
 
 class Curves(Widget, can_focus=True):
@@ -53,10 +147,9 @@ class Curves(Widget, can_focus=True):
         **settings: Any,
     ) -> None:
         super().__init__(**settings)
-        self._plot = CurvePlot(x_label, message, CurveView(whole=whole))
+        self._plot = CurvePlot(x_label, message, whole=whole)
         self._legend = Static(classes="legend")
         self._legend_text: Text | None = None
-        self._whole = whole
         self._y_label = ""
         self._cursor: float | None = None  # set by a key or a click
         self._hover: float | None = None  # under the mouse
@@ -74,7 +167,7 @@ class Curves(Widget, can_focus=True):
         y_label: str | None = None,
         message: str | None = None,
     ) -> None:
-        """Replace the curves; keep the zoom if the axes show the same quantities.
+        """Replace the curves.
 
         Args:
             series: curves to show; without any, the message is shown.
@@ -88,7 +181,6 @@ class Curves(Widget, can_focus=True):
             plot.forget_styles()
         if x_label is not None and x_label != plot.x_label:
             plot.x_label, self._cursor, self._hover = x_label, None, None
-            plot.view = plot.view.reset()
         self._y_label = self._y_label if y_label is None else y_label
         plot.series, plot.marks = tuple(series), tuple(marks)
         plot.message = plot.message if message is None else message
@@ -103,16 +195,6 @@ class Curves(Widget, can_focus=True):
     def marks(self) -> tuple[float, ...]:
         """The marked x values."""
         return self._plot.marks
-
-    @property
-    def view(self) -> CurveView:
-        """The visible part of the curves, and how they are shown."""
-        return self._plot.view
-
-    @view.setter
-    def view(self, view: CurveView) -> None:
-        self._plot.view = view
-        self._redraw()
 
     @property
     def cursor(self) -> float | None:
@@ -145,27 +227,6 @@ class Curves(Widget, can_focus=True):
         super().notify_style_update()
         self.call_later(self._explain)
 
-    def action_zoom(self, direction: int) -> None:
-        self._zoom(direction, self.cursor)
-
-    def action_pan(self, share: float) -> None:
-        frame, whole = self._plot.frame, self._plot.whole_frame
-        if frame is not None and whole is not None:
-            self._show_x(frame.x.panned(share, whole.x))
-
-    def action_reset(self) -> None:
-        """Show the whole curves, the second time with single points far below the others."""
-        self._cursor = self._hover = None
-        whole = self._whole or not (self.view.zoomed or self.view.whole)
-        self.view = replace(self.view.reset(), whole=whole)
-
-    def action_smooth(self) -> None:
-        at = WINDOWS.index(self.view.smooth)
-        self.view = replace(self.view, smooth=WINDOWS[(at + 1) % len(WINDOWS)])
-
-    def action_log(self) -> None:
-        self.view = replace(self.view, log=not self.view.log)
-
     def action_step(self, steps: int) -> None:
         """Move the cursor by points of the longest curve, starting at its end."""
         longest = max(self.series, key=lambda one: len(one.x), default=None)
@@ -177,53 +238,30 @@ class Curves(Widget, can_focus=True):
             place = min(max((nearest(longest, within) or 0) + steps, 0), place)
         self._point_at(float(longest.x[place]))
 
-    def action_end(self, last: int) -> None:
-        whole = self._plot.whole_frame
-        if whole is not None:
-            self._point_at(whole.x.value(last))
+    def action_end(self, place: int) -> None:
+        """Move the cursor to the first point of all curves (0) or the last one (−1)."""
+        ends = [float(one.x[place]) for one in self.series if len(one.x)]
+        if ends:
+            self._point_at(max(ends) if place else min(ends))
 
     def _point_at(self, x: float) -> None:
-        """Place the cursor on an x value, and move the view if necessary."""
         self._cursor, self._hover = x, None
-        frame = self._plot.frame
-        if frame is not None:
-            share = float(frame.x.share(x))
-            if not 0 <= share <= 1:
-                self.action_pan(share - 1 if share > 1 else share)
         self._redraw()
-
-    def _nearest_x(self, x: float) -> float:
-        """Return the x value of the nearest point."""
-        places = [float(one.x[at]) for one in self.series if (at := nearest(one, x)) is not None]
-        return min(places, key=lambda place: abs(place - x), default=x)
-
-    def _zoom(self, direction: int, x: float | None) -> None:
-        frame, whole = self._plot.frame, self._plot.whole_frame
-        if frame is None or whole is None:
-            return
-        most = max(len(one.x) for one in points_in_view(self._plot.smoothed, self.view))
-        if direction > 0 and most <= FEWEST:
-            return
-        centre = 0.5 if x is None else float(frame.x.share(x))
-        self._show_x(frame.x.zoomed(STEP**direction, centre if 0 <= centre <= 1 else 0.5, whole.x))
-
-    def _show_x(self, ends: Scale | None) -> None:
-        left, right = (ends.low, ends.high) if ends else (None, None)
-        self.view = replace(self.view, left=left, right=right)
 
     def on_curve_plot_pointed(self, event: CurvePlot.Pointed) -> None:
         event.stop()
-        x = None if event.x is None else self._nearest_x(event.x)
         if event.clicked:
-            self._cursor = x
-        if event.clicked or x != self._hover:
-            self._hover = x
+            self._cursor = event.x
+        if event.clicked or event.x != self._hover:
+            self._hover = event.x
             self._redraw()
 
-    def on_curve_plot_scrolled(self, event: CurvePlot.Scrolled) -> None:
-        event.stop()
-        self._hover = self._nearest_x(event.x)
-        self._zoom(event.direction, event.x)
+
+def nearest(series: Series, x: float) -> int | None:
+    """Return the index of the point nearest to x; None if x is outside the series."""
+    if not len(series.x) or x < series.x[0] or x > series.x[-1]:
+        return None
+    return int(np.abs(series.x - x).argmin())
 
 
 def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
@@ -234,14 +272,13 @@ def legend(plot: CurvePlot, y_label: str, width: int) -> Text:
     """
     if not plot.series:
         return Text()
-    heads = [*([y_label] if y_label else []), *_describe_view(plot)]
-    head = [Text(" · ".join(heads), "dim")] if heads else []
+    head = [Text(y_label, "dim")] if y_label else []
     names = [plot.sample(index).append(f" {visible(one.name)}")
              for index, one in enumerate(plot.series)]  # fmt: skip
     rows = _rows([*head, *names], width)
     if plot.cursor is not None:
         place = Text(f"{plot.x_label} {format_number(plot.cursor)}", "bold")
-        values = [Text(f" {_value(one, plot.cursor)}", "bold") for one in plot.smoothed]
+        values = [Text(f" {_value(one, plot.cursor)}", "bold") for one in plot.series]
         whole = [Text.assemble(*pair) for pair in zip(names, values, strict=True)]
         marks = [Text.assemble(plot.sample(index)[1:2], value)
                  for index, value in enumerate(values)]  # fmt: skip
@@ -266,17 +303,6 @@ def format_number(value: float) -> str:
     if value == round(value) and abs(value) < 1e9:
         return number(value, 0)
     return number(value, 4) if 1e-3 <= abs(value) < 1e6 else f"{value:.4g}".replace("-", "−")
-
-
-def _describe_view(plot: CurvePlot) -> Iterator[str]:
-    """Yield descriptions of the smoothing, the zoom and the logarithmic axes."""
-    view, frame = plot.view, plot.frame
-    if view.smooth > 1:
-        yield f"median of {view.smooth}"
-    if view.zoomed:
-        yield "zoomed"
-    if frame is not None and view.log:
-        yield "log scale" if frame.y.log else "no log scale: values ≤ 0"
 
 
 def _rows(parts: list[Text], width: int) -> list[Text]:

@@ -9,7 +9,6 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.containers import Horizontal, Vertical, VerticalScroll
-from textual.events import DescendantFocus
 from textual.message import Message
 from textual.widget import Widget
 from textual.widgets import ContentSwitcher, Input, Label, Select, Static, Tab, Tabs
@@ -286,22 +285,8 @@ class Sections(Vertical):
         event.stop()
         self.query_one(ContentSwitcher).current = f"part-{self.active}"
         self._show_part()
-        self.mark_line(self.active)
 
     def _show_part(self) -> None:
         """Update only the visible form, as updates are slow."""
         if self._validation is not None and self.active in self._validation.used_sections:
             self.part(self.active).show(self._validation)
-
-    def on_descendant_focus(self, event: DescendantFocus) -> None:
-        """Mark the line of the file that the focused field changes."""
-        for widget in event.widget.ancestors_with_self:
-            if isinstance(widget, Field):
-                self.mark_line(widget.option.key)
-            elif widget.has_class("plugin"):
-                self.mark_line(f"{self.active}.plugin")
-
-    def mark_line(self, key: str) -> None:
-        """Mark the line of an option in the file, and scroll to it."""
-        for view in self.query(TomlView):
-            view.mark_line(key)

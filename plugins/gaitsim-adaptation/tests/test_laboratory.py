@@ -109,10 +109,10 @@ async def test_adaptation_to_a_lost_leg_finds_a_gait(atlas, drive):
         assert screen.trials.table.row_count == len(trials) > 0
         assert {*screen.trials.map.marks} == {trial.member for trial in trials}
         assert read_record(adaptation_file(atlas, "L2-lost")).trials == trials
-        await driver.press("v")
-        verify = await driver.at("Verify")
-        assert verify.command_line() == "gaitsim verify runs/atlas/adaptations/L2-lost.json"
-        await driver.until(lambda: "identical" in driver.text("#verify-state"))
+        await driver.press("v", "enter")
+        tasks = await driver.at("TaskList")
+        assert tasks.command_line() == "gaitsim verify runs/atlas/adaptations/L2-lost.json"
+        await driver.until(lambda: "identical" in driver.text("#task-text"))
         await driver.press("escape")
         await driver.until(lambda: driver.screen is screen)
         walk, best = screen.adapted.walk, screen.adaptation.best

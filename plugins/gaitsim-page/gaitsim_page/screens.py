@@ -19,13 +19,7 @@ def _write_playground(screen: "GaitScreen") -> None:
 
 
 GALLERY = Hidden(
-    "gallery",
-    "B",
-    "Gallery",
-    "Write a web site of all runs here",
-    words="site browser web html page share show publish",
-    where="At home:",
-    show=_write_gallery,
+    "gallery", "B", "Gallery", "Write a web site of all runs here", show=_write_gallery
 )
 PLAYGROUND = Hidden(
     "playground",

@@ -21,40 +21,28 @@ def _ask(screen: "GaitScreen") -> None:
     ask_comparison(screen)
 
 
-STUDIES = Hidden(
-    "studies",
-    "u",
-    "Studies",
-    "Sweeps and comparisons over repeats",
-    words="sweep compare statistics repeats operators table surface report",
-    show=_show,
-)
+STUDIES = Hidden("studies", "u", "Studies", "Sweeps and comparisons over repeats", show=_show)
 STATISTICS = Hidden(
     "statistics",
     "ctrl+s",
     "Statistics",
     "Repeat the experiments of these runs, with tests and intervals",
-    words="repeats test significance interval effect size compare experiments",
     why="Statistics need two or more runs.",
-    where="At home, with marked runs, or on the comparison screen:",
     on="runs",
     show=_ask,
 )
 
 declare("studies", [
-    Shown("new", "n", "New study", "Sweep options over ranges", "sweep",
-          words="sweep begin start create"),
-    Shown("compare", "c", "New comparison", "Compare experiments over repeats",
-          words="statistics test begin start create"),
-    Shown("continue", "g", "Continue", "Run the remaining cells", words="resume go",
+    Shown("new", "n", "New study", "Sweep options over ranges", "sweep"),
+    Shown("compare", "c", "New comparison", "Compare experiments over repeats"),
+    Shown("continue", "g", "Continue", "Run the remaining cells",
           why="Only a stopped study can be continued."),
-    Shown("stop", "x", "Stop", "A study keeps finished cells", words="end kill",
+    Shown("stop", "x", "Stop", "A study keeps finished cells",
           why="The study is not running in this app.")
 ])  # fmt: skip
 declare("results", [
-    Shown("files", "f", "Files", "Jump to the files",
-          words="figure surface report table open"),
-    Shown("copy", "p", "Copy path", "Copy the file's path", "copy_path", words="clipboard",
+    Shown("files", "f", "Files", "Jump to the files"),
+    Shown("copy", "p", "Copy path", "Copy the file's path", "copy_path",
           why="Select a file first; press f to go to the files.")
 ])  # fmt: skip
 declare("study", [

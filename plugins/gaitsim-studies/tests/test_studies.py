@@ -83,11 +83,11 @@ class TestStudies:
             assert results.command_line() == "gaitsim study studies/small"
             await driver.press("f", "down", "p")
             await driver.until(lambda: "Copied" in driver.notifications())
-            await driver.press("v")
-            verify = await driver.at("Verify")
-            assert verify.command_line() == "gaitsim verify studies/small"
-            await driver.until(lambda: "identical" in driver.text("#verify-state"))
-            assert "2 of 2 cells run again" in driver.text("#verify-result")
+            await driver.press("v", "enter")
+            tasks = await driver.at("TaskList")
+            assert tasks.command_line() == "gaitsim verify studies/small"
+            await driver.until(lambda: "identical" in driver.text("#task-text"))
+            assert "2 of 2 cells run again" in driver.text("#task-text")
             await driver.press("escape", "escape")
             await driver.until(lambda: driver.screen is screen)
             assert screen.to_verify == Path("studies/small")
@@ -138,21 +138,21 @@ class TestVerify:
     async def test_a_run_is_verified_from_its_screen(self, walk, drive):
         run = walk()
         async with drive() as driver:
-            await driver.press("v")
-            screen = await driver.at("Verify")
+            await driver.press("v", "enter")
+            screen = await driver.at("TaskList")
             await driver.until(lambda: ended(driver))
-            await driver.until(lambda: "identical" in driver.text("#verify-state"))
-            assert "evolved again" in driver.text("#verify-result")
+            await driver.until(lambda: "identical" in driver.text("#task-text"))
+            assert "evolved again" in driver.text("#task-text")
             assert screen.command_line() == "gaitsim verify runs/walk"
-            await driver.press("escape", "v")
-            assert len(driver.app.tasks.all) == 1  # the result is still there
+            await driver.press("escape")
             shutil.copy("runs/walk/bests.bin", "bests.bin")
             data = bytearray(Path("bests.bin").read_bytes())
             data[8] ^= 1
             Path("runs/walk/bests.bin").write_bytes(data)
-            await driver.press("a")
-            await driver.until(lambda: "different" in driver.text("#verify-state"))
-            assert driver.text("#verify-command") == "$ gaitsim verify runs/walk --all"
+            await driver.press("v", "a")
+            await driver.at("TaskList")
+            await driver.until(lambda: "different" in driver.text("#task-text"))
+            assert "$ gaitsim verify runs/walk --all" in driver.text("#task-text")
             driver.app.pop_screen()
             driver.app.screen.show_screen("live.Live", run)
             live = await driver.at("Live")

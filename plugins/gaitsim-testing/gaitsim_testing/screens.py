@@ -17,7 +17,6 @@ CHECK = Shown(
     "ctrl+k",
     "Check",
     "Check that the plugin fulfils its contract",
-    words="test conformance contract verify",
     on="plugin",
     show=_check,
 )
