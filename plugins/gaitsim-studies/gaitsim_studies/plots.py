@@ -1,4 +1,4 @@
-"""Plot comparisons and studies: best scores, ECDFs of runtimes, surfaces, parallel coordinates."""
+"""Plot comparisons and studies: best scores, ECDFs of runtimes and surfaces."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -8,18 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin import ComparisonPlot, GaitsimError
+from gaitsim.plugin import ComparisonPlot
 from gaitsim.plugin.pictures import (
     LIGHT,
-    MAX_AXES,
     WIDTH,
-    ParallelAxis,
-    ParallelView,
     Theme,
     add_heading,
     finite_or_nan,
-    parallel_figure,
-    replace_figure,
     save,
     shorten,
     styled,
@@ -194,48 +189,3 @@ def _plot_surface(
             y=0.95,
         )
     save(figure, path)
-
-
-PARALLEL = "parallel.png"
-MAX_CHOICES = 12  # an option with more numbers has an axis of numbers instead of one of choices
-
-
-def plot_cells(folder: Path, study: Study, found: Sequence[tuple[Cell, Best]]) -> None:
-    """Draw the cells of a study into a folder; with a single option, remove an old figure."""
-    view = view_of(study, found)
-    drawn = 3 <= len(view.axes) <= MAX_AXES and view.best is not None
-    text = f"{study.name}, mean of {study.repeats} repeat{'s' * (study.repeats > 1)}"
-    replace_figure(folder / PARALLEL, parallel_figure(view, text, LIGHT) if drawn else None)
-
-
-def view_of(study: Study, found: Sequence[tuple[Cell, Best]]) -> ParallelView:
-    """Return the finished cells of a study: their options and mean last best scores.
-
-    A cell in which a repeat failed has no score.
-
-    Raises:
-        GaitsimError: no cell is finished.
-    """
-    if not found:
-        raise GaitsimError(
-            f"no cell of the study {study.name} is finished",
-            remedy="let the study run until some cells are finished",
-        )
-    axes = []
-    for axis in (EXPERIMENT, *study.axes):
-        values: list[Scalar] = [*study.experiments] if axis == EXPERIMENT else study.values(axis)
-        if len(values) < 2:
-            continue
-        points = [cell.point[axis] for cell, _ in found]
-        if _are_numbers(values) and len(values) > MAX_CHOICES:
-            axes.append(ParallelAxis(axis, np.array(points, np.float64)))
-        else:
-            at = np.array([values.index(point) for point in points], np.float64)
-            axes.append(ParallelAxis(axis, at, choices=tuple(map(str, values))))
-    with np.errstate(over="ignore"):
-        means = np.array([best[:, -1].mean() for _, best in found])
-    scores = np.where(np.isfinite(means), means, np.nan)
-    units = {cell.experiment.fitness.unit for cell, _ in found}
-    unit = units.pop() if len(units) == 1 else ""
-    axes.append(ParallelAxis("mean best score", scores, unit, "max"))
-    return ParallelView(tuple(axes), "cells")

@@ -78,7 +78,7 @@ class RunStudy(Action):
         from gaitsim.plugin.commands import cluster, interruptible, notice, print_json
         from gaitsim.plugin.runs import RunLock, check_links, command, create_folder
         from gaitsim_studies.file import STUDY, cells, experiment_files, read_study
-        from gaitsim_studies.plots import plot_cells, plot_surfaces
+        from gaitsim_studies.plots import plot_surfaces
         from gaitsim_studies.results import write_results
 
         resumed = os.path.lexists(Path(self.study) / STUDY)
@@ -105,7 +105,6 @@ class RunStudy(Action):
                     raise
                 write_results(folder, study, found, reached)
                 plot_surfaces(folder, study, found)
-                plot_cells(folder, study, found)
             finally:
                 lock.release()
         if self.json_lines:

@@ -60,7 +60,7 @@ def read_mjcf(root: Element, files: RobotFiles, where: str, scale: float = 1.0) 
     """
     repairs: list[str] = []
     inline_includes(root, files, where)
-    modernise(root, where, repairs)
+    modernise(root, repairs)
     assets, incomplete = resolve_files(root, files, where, repairs)
     check_size(root, assets, where)
     model = _compiled(tostring(root, "unicode"), assets, where, scale)
