@@ -133,10 +133,11 @@ def principal_axes(covariance: Floats) -> tuple[Floats, Floats]:
     Returns:
         The eigenvalues, (genes,), in no particular order, and the eigenvectors, (genes, genes).
     """
-    from gaitsim.portable.linear import principal_axes as jacobi
+    from gaitsim.portable.linear import diagonalise
 
-    variances, axes = jacobi(np.ascontiguousarray(covariance, np.float64))
-    return variances, axes
+    matrix, axes = np.array(covariance, np.float64, order="C"), np.eye(len(covariance))
+    diagonalise(matrix, axes)
+    return np.diag(matrix).copy(), axes
 
 
 def cholesky(matrix: Floats) -> Floats:

@@ -73,10 +73,8 @@ def substitute(lower: Floats, right: Floats) -> Floats:
 
 
 @njit(nogil=True, cache=True, error_model="numpy")
-def principal_axes(
-    covariance: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return the variances along the axes, (genes,), and the axes as rows, (genes, genes).
+def diagonalise(matrix: Floats, axes: Floats) -> None:
+    """Turn the axes, rows of (genes, genes), to those of a covariance, which becomes diagonal.
 
     Uses cyclic Jacobi rotations (Demmel and Veselić 1992, "Jacobi's method is more accurate than
     QR"). LAPACK's results depend on the processor and the number of threads, and its threads wait
@@ -84,10 +82,10 @@ def principal_axes(
     compared with 1 ms here.
 
     Args:
-        covariance: symmetric, positive definite matrix, (genes, genes).
+        matrix: symmetric, positive definite matrix, (genes, genes), which is changed.
+        axes: the identity, (genes, genes), which is changed.
     """
-    genes = len(covariance)
-    matrix, axes = covariance.copy(), np.eye(genes)
+    genes = len(matrix)
     for _ in range(MOST_SWEEPS):
         rotated = False
         for p in range(genes - 1):
@@ -116,4 +114,3 @@ def principal_axes(
                 matrix[p, q] = matrix[q, p] = 0.0
         if not rotated:
             break
-    return np.diag(matrix).copy(), axes
