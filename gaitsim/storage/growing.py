@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim import toml
 from gaitsim.errors import GaitsimError
 from gaitsim.storage.background import RunState, runtime_names, status_names
 from gaitsim.storage.files.folder import (
@@ -24,13 +25,7 @@ from gaitsim.storage.files.folder import (
 from gaitsim.storage.files.history import COLUMNS, MEAN, figures_of, parse_history
 from gaitsim.storage.files.safe_pickle import NewerVersionError, SchemaVersionError
 from gaitsim.storage.files.tables import Columns, open_records, read_head, read_rows
-from gaitsim.storage.overview import (
-    Overview,
-    annotations,
-    options_of,
-    run_state,
-    terms_of,
-)
+from gaitsim.storage.overview import Overview, annotations, run_state, terms_of
 from gaitsim.storage.snapshot import RunSnapshot
 
 Rows = Mapping[str, NDArray[np.float64]]
@@ -168,34 +163,17 @@ class HistoryBuffer:
         return True
 
 
-class Curve:
-    """The best score over the generations of a growing history.
+def curve(best: NDArray[np.float64]) -> tuple[float, ...]:
+    """Return the best score of each group of consecutive generations; NaN where all failed.
 
-    Attributes:
-        seconds: duration of the generations.
+    Args:
+        best: best score of each generation, (generations,).
     """
-
-    def __init__(self) -> None:
-        self._best = np.empty(0)
-        self.seconds = 0.0
-
-    @property
-    def points(self) -> tuple[float, ...]:
-        """The best score of each group of consecutive generations; NaN where all failed."""
-        stride = 1
-        while len(self._best) >= POINTS * stride:
-            stride *= 2
-        return tuple(np.fmax.reduceat(self._best, np.arange(0, len(self._best), stride)).tolist())
-
-    def extend(self, rows: Rows) -> None:
-        """Add rows of the history; rows that start at generation 1 replace all."""
-        if not rows or not len(rows["generation"]):
-            return
-        if rows["generation"][0] == 1:
-            self._best, self.seconds = np.empty(0), 0.0
-        self.seconds += float(rows["seconds"].sum())
-        best = np.where(np.isfinite(rows["best"]), rows["best"], np.nan)
-        self._best = np.concatenate([self._best, best])
+    stride = 1
+    while len(best) >= POINTS * stride:
+        stride *= 2
+    finite = np.where(np.isfinite(best), best, np.nan)
+    return tuple(np.fmax.reduceat(finite, np.arange(0, len(best), stride)).tolist())
 
 
 class RunsWatcher:
@@ -238,7 +216,7 @@ class _WatchedRun:
     def __init__(self, path: Path) -> None:
         self._path = path
         self._follower = RunFollower(path)
-        self._curve = Curve()
+        self._history = HistoryBuffer()  # with the columns of the overview alone
         self._terms: Mapping[str, float] = {}
         self._overview: Overview | None = None
         self._finished = False
@@ -278,7 +256,7 @@ class _WatchedRun:
             outline = run.outline
             known["plugins"], known["seed"] = outline.plugins, outline.seed
             known["description"] = outline.description
-            known["options"] = options_of(outline.seed, outline.sections)
+            known["options"] = toml.flatten({"seed": outline.seed, **outline.sections})
             known["generations"] = outline.evolution.generations
             checkpoint = run.checkpoint
             if checkpoint is not None:
@@ -289,13 +267,16 @@ class _WatchedRun:
                 known["best"] = best if math.isfinite(best) else None
                 self._finished = bool(run.stop_reason)
             rows = self._follower.read_rows(run)
-            self._curve.extend(rows)
             if rows and len(rows["generation"]):
+                columns = ("generation", "best", "seconds")
+                self._history.extend({name: rows[name] for name in columns})
                 self._terms = terms_of({name: float(rows[name][-1]) for name in rows})
         except GaitsimError as error:
             problem = _foreign_format(run) or error
             return Overview(state=_state_of(problem), problem=problem, **known)
-        known |= {"curve": self._curve.points, "seconds": self._curve.seconds}
+        if self._history:
+            known["curve"] = curve(self._history["best"])
+            known["seconds"] = float(self._history["seconds"].sum())
         known["terms"] = self._terms
         return Overview(state="stopped", **known)
 

@@ -171,11 +171,6 @@ def annotations(run: Path) -> tuple[str, tuple[str, ...]]:
     return note, ()
 
 
-def options_of(seed: int, sections: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of an experiment by dotted key."""
-    return toml.flatten({"seed": seed, **sections})
-
-
 def terms_of(row: Mapping[str, float]) -> dict[str, float]:
     """Return the terms of the best individual in a row of a history, without NaN."""
     return {
@@ -252,8 +247,8 @@ def _read_quickly(path: Path, names: frozenset[str], *, times: bool) -> Overview
         note=note,
         tags=tags,
         evaluations=evaluations,
-        options=options_of(
-            seed, {name: table for name, table in tables.items() if type(table) is dict}
+        options=toml.flatten(
+            {"seed": seed, **{name: one for name, one in tables.items() if type(one) is dict}}
         ),
         terms=terms,
     )

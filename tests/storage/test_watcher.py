@@ -8,7 +8,7 @@ import pytest
 from run_helpers import evolve_run
 
 from gaitsim.errors import RunError
-from gaitsim.storage.growing import POINTS, Curve, RunsWatcher, overview
+from gaitsim.storage.growing import POINTS, HistoryBuffer, RunsWatcher, curve, overview
 from gaitsim.storage.snapshot import RunSnapshot
 
 
@@ -96,32 +96,28 @@ class TestWatch:
 
 class TestCurve:
     def test_rows_from_the_first_generation_replace_earlier_ones(self):
-        curve = Curve()
-        curve.extend(rows([1.0, 2.0]))
-        curve.extend(rows([3.0], first=3))
-        assert (curve.points, curve.seconds) == ((1.0, 2.0, 3.0), 1.5)
-        curve.extend({})
-        curve.extend(rows([4.0, 5.0]))
-        assert (curve.points, curve.seconds) == ((4.0, 5.0), 1.0)
+        history = HistoryBuffer(rows([1.0, 2.0]))
+        history.extend(rows([3.0], first=3))
+        assert (curve(history["best"]), history["seconds"].sum()) == ((1.0, 2.0, 3.0), 1.5)
+        history.extend({})
+        history.extend(rows([4.0, 5.0]))
+        assert (curve(history["best"]), history["seconds"].sum()) == ((4.0, 5.0), 1.0)
 
     @pytest.mark.parametrize("count", [POINTS - 1, POINTS, POINTS + 1, 12345])
     def test_a_long_curve_is_thinned_and_keeps_its_peaks(self, count):
         values = np.sin(np.arange(count) / 50.0)
         values[count // 3] = 99.0
-        curve = Curve()
-        curve.extend(rows(values))
-        assert POINTS // 2 <= len(curve.points) <= POINTS
-        assert max(curve.points) == 99.0
+        points = curve(values)
+        assert POINTS // 2 <= len(points) <= POINTS
+        assert max(points) == 99.0
         stride = 2 ** math.ceil(math.log2((count + 1) / POINTS)) if count >= POINTS else 1
         blocks = [max(values[at : at + stride]) for at in range(0, count, stride)]
-        assert curve.points == tuple(blocks)
+        assert points == tuple(blocks)
 
     def test_generations_in_which_all_failed_are_gaps(self):
         values = np.full(300, -np.inf)
         values[7] = 1.0
-        curve = Curve()
-        curve.extend(rows(values))
-        assert [point for point in curve.points if not math.isnan(point)] == [1.0]
+        assert [point for point in curve(values) if not math.isnan(point)] == [1.0]
 
 
 def rows(best, first=1):

@@ -39,6 +39,7 @@ from gaitsim.storage.files.folder import (
     truncation_error,
 )
 from gaitsim.storage.files.history import (
+    WHOLE,
     figures_of,
     header,
     header_problem,
@@ -66,8 +67,6 @@ NONE = bytes(SIZE)
 
 SAVE = np.dtype("<i8")
 """The generation of a save."""
-
-WHOLE = ("generation", "stage", "evaluations")  # columns of whole numbers
 
 
 def genomes_checksum(genomes: Genomes) -> bytes:
@@ -125,9 +124,13 @@ class AppendOnlyFile:
     """
 
     def __init__(self, path: Path, keep: int, size: int = 1) -> None:
-        self._path, self._gathered = path, bytearray()
-        with writing(path):
-            self._descriptor = open_descriptor(path, os.O_RDWR | os.O_CREAT)
+        self._path = path
+        self._open(keep, size)
+
+    def _open(self, keep: int, size: int = 1) -> None:
+        self._gathered = bytearray()
+        with writing(self._path):
+            self._descriptor = open_descriptor(self._path, os.O_RDWR | os.O_CREAT)
         whole = os.fstat(self._descriptor).st_size // size * size
         os.ftruncate(self._descriptor, min(whole, keep))
         os.ftruncate(self._descriptor, keep)
@@ -179,35 +182,26 @@ class AppendOnlyFile:
         self._descriptor = -1
 
 
-class AppendOnlyHistory:
+class AppendOnlyHistory(AppendOnlyFile):
     """A run's `history.csv`, opened for writing.
 
     New terms of a stage get columns of their own, which are `nan` in the rows of other stages.
     """
 
     def __init__(self, path: Path, keep: int) -> None:
-        self._path = path
-        self._file = AppendOnlyFile(path, keep)
+        super().__init__(path, keep)
         self._terms: list[str] | None = None  # terms of the rows written by this process
         self._columns: tuple[str, ...] = ()
 
-    def append(self, values: Mapping[str, float]) -> None:
+    def append_row(self, values: Mapping[str, float]) -> None:
         """Add a generation's row, as returned by `history.row`."""
         terms = terms_of(values)
         head = ""
         if terms != self._terms:
             head = self._prepare(terms, figures_of(values))
         row = line([values.get(name, math.nan) for name in self._columns])
-        self._file.append((head + row).encode())
+        self.append((head + row).encode())
         self._terms = terms
-
-    def flush(self) -> None:
-        """Write the gathered rows, and flush them to disk."""
-        self._file.flush()
-
-    def close(self) -> None:
-        """Close the file."""
-        self._file.close()
 
     def _prepare(self, terms: Sequence[str], figures: Sequence[str]) -> str:
         """Add missing columns for terms and figures to the file.
@@ -229,10 +223,10 @@ class AppendOnlyHistory:
             raise damaged_error(self._path, wrong)
         if found != self._columns:
             # Closed first, as some systems cannot replace open files.
-            self._file.close()
+            self.close()
             data = _table(before, self._columns).encode()
             write_bytes(self._path, data, follow=False)
-            self._file = AppendOnlyFile(self._path, len(data))
+            self._open(len(data))
         return ""
 
 
@@ -258,8 +252,7 @@ class RecordFiles:
         tables = (HISTORY, ISLANDS) if number > 1 else (HISTORY,)
         ends = {name: line_ends(path / name, done) for name in tables}
         stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
-        bests = path / BESTS
-        with open_records(bests, history.LARGEST_RECORDS) as file:
+        with open_records(path / BESTS, history.LARGEST_RECORDS) as file:
             stored[BESTS] = file.seek(0, os.SEEK_END) // self._layout.itemsize
         for name, count in stored.items():
             if count < done:
@@ -267,25 +260,21 @@ class RecordFiles:
         keep = {name: found[done] if done else 0 for name, found in ends.items()}
         size = RECORD.itemsize
         with ExitStack() as held, writing(path):
+
+            def opened(name: str, keep: int, size: int = 1) -> AppendOnlyFile:
+                return held.enter_context(closing(AppendOnlyFile(path / name, keep, size)))
+
             self._history = held.enter_context(
                 closing(AppendOnlyHistory(path / HISTORY, keep[HISTORY]))
             )
-            self._bests = held.enter_context(
-                closing(AppendOnlyFile(bests, done * self._layout.itemsize))
-            )
-            self._checksums = held.enter_context(
-                closing(AppendOnlyFile(path / CHECKSUMS, done * size, size))
-            )
+            self._bests = opened(BESTS, done * self._layout.itemsize)
+            self._checksums = opened(CHECKSUMS, done * size, size)
             saves = read_records(path / SAVES, SAVE)
             kept = int((saves <= done).sum()) * SAVE.itemsize
-            self._saves = held.enter_context(
-                closing(AppendOnlyFile(path / SAVES, kept, SAVE.itemsize))
-            )
+            self._saves = opened(SAVES, kept, SAVE.itemsize)
             self._chain = self._checksums.last(SIZE) if done else NONE
             if number > 1:
-                self._islands = held.enter_context(
-                    closing(AppendOnlyFile(path / ISLANDS, keep[ISLANDS]))
-                )
+                self._islands = opened(ISLANDS, keep[ISLANDS])
                 if not done:
                     self._islands.append(line(history.islands_header(number)).encode())
             self._held = held.pop_all()
@@ -304,7 +293,7 @@ class RecordFiles:
         islands = history.island_bests(generation, self._number)
         self._last = generation.number
         bests = record.tobytes() + history.islands_record(islands)
-        self._history.append(row)
+        self._history.append_row(row)
         self._bests.append(record.tobytes())
         if self._number > 1:
             row_of_islands = line([generation.number, *islands.tolist()])
