@@ -1,10 +1,8 @@
-"""`gaitsim plugins`: `list`, `show`, `check` and `new`."""
+"""`gaitsim plugins`: `list` and `show`."""
 
 from __future__ import annotations
 
 import inspect
-import shlex
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
@@ -12,10 +10,8 @@ from rich.text import Text
 
 from gaitsim.actions.action import Action, argument
 from gaitsim.console.printing import notice, output, print_facts, print_table
-from gaitsim.contracts.plugin import option
 from gaitsim.errors import GaitsimError, PluginError, nearest
 from gaitsim.registry import PLUGINS, entries, find, load_class, unreadable
-from gaitsim.registry.options import OPERATORS
 
 if TYPE_CHECKING:
     from gaitsim.contracts import Organism
@@ -118,52 +114,3 @@ def _default_starts(model: type[Organism]) -> tuple[str, ...]:
         return tuple(model().starts())
     except (ValidationError, GaitsimError):
         return ()
-
-
-class NewPlugin(Action):
-    """Create a ready-to-run package for a new plugin in the folder NAME.
-
-    [bold]Examples[/bold]
-
-    gaitsim plugins new hopper
-
-    gaitsim plugins new sprint --kind fitness
-
-    gaitsim plugins new my-board --kind exporter
-    """
-
-    name: str = argument("name of the plugin, such as 'hopper'", "NAME", completion="")
-    kind: str = option(
-        "organism",
-        "kind of plugin: organism, fitness, search, selection, crossover, mutation, reflex, plot "
-        "or exporter",
-        placeholder="KIND",
-    )
-
-    def do(self) -> None:
-        """Write the package, and print what to do with it."""
-        from gaitsim.scaffold import PREFIX, new_package
-
-        kind = self.kind
-        folder = new_package(self.name, kind, Path())
-        plugin = self.name.removeprefix(PREFIX)
-        source = folder / "src" / f"gaitsim_{plugin.replace('-', '_')}" / "__init__.py"
-        console = output()
-        console.print(f"{folder}: created a package for the {kind} {plugin!r}")
-        console.print("\nNext:")
-        preset = "spider-genetic" if kind in OPERATORS else "spider"
-        trial = {
-            "organism": f"gaitsim run {plugin}",
-            "reflex": f"gaitsim run quadruped --set 'organism.reflexes={{ {plugin} = {{}} }}'",
-            "plot": f"gaitsim plot spider --kind {plugin}",
-            "exporter": f"gaitsim export spider --format {plugin}",
-        }.get(kind, f"gaitsim run {preset} --set {kind}.plugin={plugin}")
-        for command, what in (
-            (f"gaitsim plugins check ./{shlex.quote(str(folder))}", "check its contract"),
-            (
-                f"pip install -e ./{shlex.quote(str(folder))}",
-                "install it; later edits need no reinstallation",
-            ),
-            (trial, f"try it; its code is in {source}"),
-        ):
-            console.print(f"  {command}  # {what}")

@@ -39,11 +39,7 @@ app = group(
         ),
         "plugins": (
             "List, show and check plugins, and create new ones.",
-            {
-                "list": "plugins:ListPlugins",
-                "show": "plugins:ShowPlugin",
-                "new": "plugins:NewPlugin",
-            },
+            {"list": "plugins:ListPlugins", "show": "plugins:ShowPlugin"},
         ),
     },
     extensible=True,

@@ -9,7 +9,7 @@ import pytest
 
 from gaitsim.errors import GaitsimError
 from gaitsim.registry import PLUGINS
-from gaitsim.scaffold import new_package
+from gaitsim_testing.scaffold import new_package
 
 
 @pytest.mark.slow

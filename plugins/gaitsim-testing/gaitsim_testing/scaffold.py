@@ -11,9 +11,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from string import Template
 
-from gaitsim.errors import GaitsimError, unknown
-from gaitsim.registry import EXPERIMENTS, PLUGINS, Entry, entries
-from gaitsim.storage.files.atomic import draft_folder, sweep
+from gaitsim.plugin import EXPERIMENTS, PLUGINS, Entry, GaitsimError, entries, unknown
+from gaitsim.plugin.runs import draft_folder, sweep
 
 PREFIX = "gaitsim-"
 LONGEST = 40
@@ -104,7 +103,7 @@ def _texts(plugin: str, kind: str) -> Iterator[tuple[str, str]]:
 
 
 def _filled(file: str, kind: str, values: dict[str, str]) -> str:
-    folder = files("gaitsim.scaffold") / "templates"
+    folder = files("gaitsim_testing") / "templates"
     text = (folder / kind / f"{file}.txt" if kind else folder / f"{file}.txt").read_text("utf-8")
     return Template(text).substitute(values)
 
