@@ -785,24 +785,6 @@ class Run(ReprMixin):
         video.write(path)
         return path
 
-    def page(self, path: str | Path, *, generations: Sequence[Which] | Which = ()) -> Path:
-        """Write a page that plays champions in any browser, like `gaitsim export --format html`.
-
-        Args:
-            path: path of the file.
-            generations: generations whose best individuals to show, or members such as
-                `gs.Member(3)`; several are shown side by side. () shows the champion.
-
-        Returns:
-            The path of the file.
-
-        Raises:
-            GaitsimError: too many gaits are given, the body cannot be drawn, or the file cannot be
-                written.
-        """
-        self.export(path, "html", generations=generations)
-        return Path(path)
-
     def _repr_fields(self) -> Mapping[str, ReprField]:
         found = self.snapshot.checkpoint
         best = found.best_score if found else -np.inf

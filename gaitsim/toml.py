@@ -4,7 +4,7 @@ import hashlib
 import json
 import re
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from copy import deepcopy
 from datetime import date, datetime, time
 from functools import lru_cache
@@ -68,11 +68,19 @@ def _parse(text: str) -> dict[str, Any]:
         raise GaitsimError(
             "not valid TOML: a whole number is too long", allowed=_INTEGERS
         ) from None
-    for number, (key, value, depth) in enumerate(_walk(data)):
-        if number >= MOST_VALUES:
+    waiting = deque((key, value, 1) for key, value in data.items())
+    number = 0
+    while waiting:  # without recursion, which has a depth limit
+        key, value, depth = waiting.popleft()
+        number += 1
+        if number > MOST_VALUES:
             raise GaitsimError("too many values", allowed=f"at most {MOST_VALUES:,}")
         if depth > DEEPEST:
             raise _too_deep(f", key {key[:40]}")
+        if isinstance(value, dict):
+            waiting += [(f"{key}.{name}", item, depth + 1) for name, item in value.items()]
+        elif isinstance(value, list):
+            waiting += [(key, item, depth + 1) for item in value]
         if isinstance(value, int) and not -(2**63) <= value < 2**63:
             raise GaitsimError(
                 "not valid TOML: a whole number is too long",
@@ -91,18 +99,6 @@ def _too_deep(key: str) -> GaitsimError:
         where=key,
         allowed=f"at most {DEEPEST} levels",
     )
-
-
-def _walk(data: dict[str, Any]) -> Iterator[tuple[str, Any, int]]:
-    """Yield every key with its value and depth, without recursion, which has a depth limit."""
-    waiting = deque((key, value, 1) for key, value in data.items())
-    while waiting:
-        key, value, depth = waiting.popleft()
-        yield key, value, depth
-        if isinstance(value, dict):
-            waiting += [(f"{key}.{name}", item, depth + 1) for name, item in value.items()]
-        elif isinstance(value, list):
-            waiting += [(key, item, depth + 1) for item in value]
 
 
 def flatten(table: Mapping[str, Any], before: str = "") -> dict[str, Any]:

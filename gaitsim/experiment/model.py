@@ -546,17 +546,13 @@ def _table(model: BaseModel, head: Mapping[str, str], brief: bool) -> Any:
 
 @lru_cache(maxsize=64)
 def _notes(model: type[BaseModel]) -> dict[str, str]:
-    """Return a comment for each option of a class: its meaning, type, bounds and unit."""
+    """Return a comment, on one line, for each option of a class: meaning, type, bounds and unit."""
     found = {}
     for name, field in model.model_fields.items():
         about, allowed = options.meaning(field), options.allowed(field)
-        found[name] = _one_line(f"{about} ({allowed})" if about else allowed)
+        text = f"{about} ({allowed})" if about else allowed
+        found[name] = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     return found
-
-
-def _one_line(text: str) -> str:
-    """Return a text for a comment, on one line and without control characters."""
-    return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def _multiline(text: str) -> Any:

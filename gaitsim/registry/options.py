@@ -58,8 +58,8 @@ def type_and_bounds(field: FieldInfo) -> str:
 
 def allowed(field: FieldInfo) -> str:
     """Return the type, bounds and unit of an option, such as 'a number ≥ 0.2 and ≤ 5, in Hz'."""
-    name = unit(field)
-    return type_and_bounds(field) + (f", in {name}" if name else "")
+    unit = declared(field, "unit")
+    return type_and_bounds(field) + (f", in {unit}" if unit else "")
 
 
 def meaning(field: FieldInfo) -> str:
@@ -107,8 +107,7 @@ def _type(annotation: Any) -> str:
             for bound in (item.metadata if isinstance(item, FieldInfo) else [item])
         ]
         return _bounded(_type(members[0]), bounds)
-    choices = list(_choices(annotation))
-    if choices:
+    if choices := _choices(annotation):
         return " or ".join(map(literal, choices))
     if origin in (Union, types.UnionType):
         return " or ".join(_type(member) for member in members if member is not type(None))
@@ -125,12 +124,12 @@ def _type(annotation: Any) -> str:
     return _TYPES.get(annotation, getattr(annotation, "__name__", str(annotation)))
 
 
-def _choices(annotation: Any) -> Iterator[Any]:
-    """Yield the values of a Literal or an Enum."""
+def _choices(annotation: Any) -> list[Any]:
+    """Return the values of a Literal or an Enum; [] for other types."""
     if get_origin(annotation) is Literal:
-        yield from get_args(annotation)
-    elif isinstance(annotation, type) and issubclass(annotation, Enum):
-        yield from (member.value for member in annotation)
+        return [*get_args(annotation)]
+    enum = isinstance(annotation, type) and issubclass(annotation, Enum)
+    return [member.value for member in annotation] if enum else []
 
 
 def members(field: FieldInfo) -> list[Any]:
@@ -150,7 +149,7 @@ def choices(field: FieldInfo) -> list[str]:
     """Return the choices of an option as `--set` reads them; [] if it also takes other values."""
     if field.annotation is bool:
         return ["true", "false"]
-    found = [list(_choices(one)) for one in members(field) if one is not type(None)]
+    found = [_choices(one) for one in members(field) if one is not type(None)]
     listed = [format_value(field, choice) for choices in found for choice in choices]
     return [*listed, *([NOT_SET] * optional(field))] if all(found) else []
 

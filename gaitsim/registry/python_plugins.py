@@ -4,7 +4,7 @@ import functools
 import inspect
 import pickle
 import sys
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import replace
 from types import CodeType
 from typing import Any, ClassVar
@@ -50,30 +50,18 @@ class ReadOnlyMotion(Motion):
     """A motion whose arrays are read-only."""
 
     def __init__(self, motion: Motion) -> None:
-        super().__init__(motion.frame_rate, {}, failures=motion.failures)
-        self._original = motion
+        vars(self).update(vars(motion))  # both keep the channels that either has computed
 
     def __getitem__(self, name: str) -> Array:
         if name not in self:
             known = ", ".join(self) or "none"
             raise UnknownChannelError(f"the motion has no channel {name!r}; it has {known}")
-        view = np.asarray(self._original[name]).view()
+        view = np.asarray(super().__getitem__(name)).view()
         view.flags.writeable = False
         return view
 
     def __setitem__(self, name: str, values: object) -> None:
         raise ValueError("the motion is read-only")
-
-    def __contains__(self, name: object) -> bool:
-        return name in tuple(self._original)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._original)
-
-    @property
-    def population(self) -> int:
-        """The number of individuals."""
-        return self._original.population
 
 
 class FunctionFitness(Fitness):
@@ -386,18 +374,13 @@ def _check_space(body: Any, space: Any) -> None:
                 where="space",
                 remedy="omit the space" if body is not None else "also pass a body",
             )
-    elif space is None:
-        raise GaitsimError(
-            "a body that is a function needs a genome space",
-            where="space",
-            allowed="a gs.RealSpace or a gs.BitSpace",
-            remedy=f"pass the bounds of its genes, as in {example}",
-        )
     elif not isinstance(space, GenomeSpace):
         named = isinstance(space, type)
         what = f"the class {space.__name__}" if named else f"a {type(space).__name__}"
         raise GaitsimError(
-            f"{what} is not a genome space",
+            "a body that is a function needs a genome space"
+            if space is None
+            else f"{what} is not a genome space",
             where="space",
             allowed="a gs.RealSpace or a gs.BitSpace",
             remedy=f"pass the bounds of the genes, as in {example}",
