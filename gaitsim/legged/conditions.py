@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Literal
+from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,15 +79,8 @@ _RandomCondition = Literal[
     "joint_offset", "initial_pose", "push", "wind", "steps", "rubble", "sensors"
 ]
 
-_STREAMS: Mapping[_RandomCondition, int] = {  # 0 and 1 draw the bumps
-    "joint_offset": 2,
-    "initial_pose": 3,
-    "push": 4,
-    "wind": 5,
-    "steps": 6,
-    "rubble": 7,
-    "sensors": 8,
-}
+# 0 and 1 draw the bumps. The order of the names is part of the results.
+_STREAMS = {name: stream for stream, name in enumerate(get_args(_RandomCondition), start=2)}
 
 
 def condition_rng(world: Mapping[str, float], name: _RandomCondition) -> np.random.Generator:

@@ -133,10 +133,7 @@ def request_stop(run: Path) -> BackgroundProcess | None:
 
     A signal is sent, because it arrives even while the process does not accept commands.
     """
-    found = background_process(run)
-    if found is not None:
-        _signal(found, signal.SIGTERM)
-    return found
+    return _signal(run, signal.SIGTERM)
 
 
 def send(run: Path, *commands: RunCommand) -> None:
@@ -163,19 +160,24 @@ def send(run: Path, *commands: RunCommand) -> None:
 
 def kill(run: Path) -> None:
     """Kill the background process of a run; its unsaved generations are lost."""
-    found = background_process(run)
-    if found is not None and sys.platform != "win32":
-        _signal(found, signal.SIGKILL)
+    if sys.platform != "win32":
+        _signal(run, signal.SIGKILL)
 
 
-def _signal(found: BackgroundProcess, number: signal.Signals) -> None:
-    """Send a signal, unless another process has got the ID of one that has ended."""
+def _signal(run: Path, number: signal.Signals) -> BackgroundProcess | None:
+    """Send a signal to the process of a run, if any, and return it.
+
+    None is sent to another process that has got the ID of one that has ended.
+    """
     import psutil
 
-    with suppress(psutil.NoSuchProcess):
-        process = psutil.Process(found.pid)
-        if abs(process.create_time() - found.started) < SAME_START:
-            process.send_signal(number)
+    found = background_process(run)
+    if found is not None:
+        with suppress(psutil.NoSuchProcess):
+            process = psutil.Process(found.pid)
+            if abs(process.create_time() - found.started) < SAME_START:
+                process.send_signal(number)
+    return found
 
 
 class RunProcess:

@@ -28,7 +28,7 @@ from gaitsim.sharing.code import LONGEST, WHERE, contains_code, decode, encode, 
 from gaitsim.storage.compatibility import expected_genomes, genome_mismatch, missing_packages
 from gaitsim.storage.files.checkpoint import Champion
 from gaitsim.storage.files.folder import RUNS, holds_run
-from gaitsim.storage.files.schema import Name
+from gaitsim.storage.files.schema import Name, printable
 from gaitsim.storage.provenance import (
     MACHINE,
     RESULTS,
@@ -48,13 +48,7 @@ _ITEMS = {_BYTES: 1, _REALS: 8}  # bytes per gene
 _LARGEST_VERSIONS = 100_000  # bytes
 
 
-def _printable(text: str) -> str:
-    if not text.isprintable():
-        raise ValueError("a version should have only printable characters")
-    return text
-
-
-_Version = Annotated[StrictStr, Field(max_length=5000), AfterValidator(_printable)]
+_Version = Annotated[StrictStr, Field(max_length=5000), AfterValidator(printable)]
 _VERSIONS = TypeAdapter(dict[Name, _Version])
 
 

@@ -135,9 +135,13 @@ def _changed_experiment(
         experiment = run.experiment_with(overrides)
         experiment.check_functions()
     except ExperimentError as error:
-        raise ExperimentError(
-            [*error.problems, *_requested_size_problem(overrides, population)]
-        ) from None
+        asked = overrides.get(POPULATION, population)
+        if isinstance(asked, Typed):
+            asked = options.parse_value(asked)
+        problems = [*error.problems]
+        if isinstance(asked, int) and asked != population:
+            problems.append(_size_error(population))
+        raise ExperimentError(problems) from None
     problems = []
     search = run.stages[-1].outline.plugins["search"]
     if experiment.entries["search"].name != search:
@@ -182,15 +186,6 @@ def _check_state(run: RunSnapshot, experiment: Experiment, checkpoint: Checkpoin
             remedy="resume the run with the original options of the search, or start a new run: "
             "'gaitsim run' with --from starts from this run's champion",
         )
-
-
-def _requested_size_problem(overrides: Overrides, population: int) -> list[GaitsimError]:
-    """Return the problem of a changed population size, if the overrides have one."""
-    asked = overrides.get(POPULATION, population)
-    if isinstance(asked, Typed):
-        asked = options.parse_value(asked)
-    differs = isinstance(asked, int) and asked != population
-    return [_size_error(population)] if differs else []
 
 
 def _size_error(population: int) -> GaitsimError:

@@ -234,18 +234,14 @@ def _check(checkpoint: Checkpoint) -> Checkpoint:
     failed = checkpoint.scores == -np.inf
     if len(checkpoint.scores) != individuals:
         raise ValueError(f"scores should match the {individuals} genomes in number")
-    for term_name, term in checkpoint.terms.items():
-        if len(term) != individuals:
-            raise ValueError(f"terms.{term_name} should match the {individuals} genomes in number")
-        if not (np.isfinite(term) | failed).all():
-            raise ValueError(f"terms.{term_name} should be finite if the score is finite")
+    for kind, columns in (("terms", checkpoint.terms), ("values", checkpoint.values)):
+        for name, column in columns.items():
+            if len(column) != individuals:
+                raise ValueError(f"{kind}.{name} should match the {individuals} genomes in number")
+            if kind == "terms" and not (np.isfinite(column) | failed).all():
+                raise ValueError(f"terms.{name} should be finite if the score is finite")
     if not checkpoint.reasons.keys() <= {str(index) for index in np.flatnonzero(failed)}:
         raise ValueError("only individuals with the score −inf should have reasons")
-    for value_name, values in checkpoint.values.items():
-        if len(values) != individuals:
-            raise ValueError(
-                f"values.{value_name} should match the {individuals} genomes in number"
-            )
     evaluated = individuals * checkpoint.generation
     # Stages that re-evaluate the population add evaluations.
     if not evaluated <= checkpoint.evaluations:

@@ -29,7 +29,8 @@ from gaitsim.toml import LARGEST
 EXACT_KEYS = ConfigDict(extra="forbid")
 
 
-def _printable(name: str) -> str:
+def printable(name: str) -> str:
+    """Return a text of a file, after checking that it can be printed."""
     if not name.isprintable():
         raise ValueError("a name should have only printable characters")
     return name
@@ -44,7 +45,7 @@ def _real(allowed: str, accepts: Callable[[float], bool]) -> PlainValidator:
     return PlainValidator(check)
 
 
-Name = Annotated[StrictStr, Field(min_length=1, max_length=200), AfterValidator(_printable)]
+Name = Annotated[StrictStr, Field(min_length=1, max_length=200), AfterValidator(printable)]
 Names = dict[Name, Name]
 Toml = Annotated[StrictStr, Field(max_length=LARGEST)]
 Count = Annotated[StrictInt, Field(ge=0)]
