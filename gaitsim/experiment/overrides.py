@@ -46,6 +46,7 @@ class Problems:
         source: name of the file or preset, for messages.
         overrides: values of options that override those of the source, by key.
         place: origin of the overrides, for messages.
+        typed: the overrides that the user typed, as texts.
         found: problems in the order in which they were reported.
     """
 
@@ -54,17 +55,13 @@ class Problems:
     ) -> None:
         self.source, self.place = source, place
         self.overrides = {str(key): value for key, value in (overrides or {}).items()}
+        self.typed = {key: one for key, one in self.overrides.items() if isinstance(one, Typed)}
         self.found: list[GaitsimError] = []
 
     def where(self, key: str) -> str:
         """Return the location of a key, for messages."""
         given = any(key == one or key.startswith(f"{one}.") for one in self.overrides)
         return f"{self.place if given else self.source}, key {key}"
-
-    def typed(self, key: str) -> Typed | None:
-        """Return the text that the user typed for a key; None if there is none."""
-        value = self.overrides.get(key)
-        return value if isinstance(value, Typed) else None
 
     def report(self, key: str, what: str, allowed: str = "", remedy: str = "") -> None:
         """Record a problem with a key."""
@@ -113,7 +110,7 @@ class Problems:
 
     def _add_option_error(self, key: str, field: FieldInfo, given: Any, detail: Any) -> None:
         # Show the text as typed: TOML would read 1e3 as 1000.0.
-        typed = self.typed(key)
+        typed = self.typed.get(key)
         shown = literal(given) if typed is None or is_long(typed) else shortened(typed or '""')
         if detail["type"] == "missing" and len(detail["loc"]) == 1:
             what = missing_option(key, field)

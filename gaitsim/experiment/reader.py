@@ -243,7 +243,7 @@ class Reader:
         """Return the value of a key, which must have the type of the default."""
         kind = type(default)
         value = self._data.get(key, default)
-        typed = self._problems.typed(key)
+        typed = self._problems.typed.get(key)
         if typed is not None and kind is str and not isinstance(value, str):
             value = str(typed)
         if type(value) is not kind:
@@ -298,7 +298,7 @@ class Reader:
             return None
         values = {name: value for name, value in given.items() if name != PLUGIN}
         for name in values.keys() & model.model_fields.keys():
-            typed = self._problems.typed(f"{section}.{name}")
+            typed = self._problems.typed.get(f"{section}.{name}")
             values[name] = options.convert_value(model.model_fields[name], values[name], typed)
         folders = {
             name: Path() if f"{section}.{name}" in self._problems.overrides else self._folder

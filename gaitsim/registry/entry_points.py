@@ -18,7 +18,7 @@ from functools import cache, lru_cache
 from importlib.metadata import Distribution, distributions
 from keyword import iskeyword
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 from gaitsim.errors import ContractError, GaitsimError, MissingFunctionError, PluginError, nearest
 
@@ -216,16 +216,9 @@ def install_hint(kind: str, name: str) -> str:
     return ""
 
 
-class _Call(NamedTuple):
-    entry: Entry
-    doing: str
-    process: int
-    thread: int
-
-
 # Shared by all threads, because Ctrl-C stops the process while plugins run in any thread.
-_active: dict[object, _Call] = {}  # in order of entry; each key is a unique object
-_interrupted: list[_Call] = []
+_active: dict["plugin_context", None] = {}  # in order of entry
+_interrupted: list["plugin_context"] = []
 
 
 class plugin_context:  # named like contextlib.suppress; a generator takes five times as long
@@ -240,19 +233,20 @@ class plugin_context:  # named like contextlib.suppress; a generator takes five 
     """
 
     def __init__(self, entry: Entry, doing: str) -> None:
-        self._entry, self._doing = entry, doing
+        self.entry, self.doing = entry, doing
 
     def __enter__(self) -> None:
-        _active[self] = _Call(self._entry, self._doing, os.getpid(), threading.get_ident())
+        self.place = os.getpid(), threading.get_ident()
+        _active[self] = None
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: object
     ) -> None:
-        call = _active.pop(self)
+        del _active[self]
         if isinstance(error, KeyboardInterrupt):
-            _interrupted.append(call)
-        if os.getpid() != call.process:
-            text = f"{call.entry} called os.fork while {call.doing}; the child process is killed"
+            _interrupted.append(self)
+        if os.getpid() != self.place[0]:
+            text = f"{self.entry} called os.fork while {self.doing}; the child process is killed"
             with suppress(OSError):
                 os.write(2, f"Warning: {text}\n".encode())  # the lock of sys.stderr may be held
             _end_process(2)
@@ -269,7 +263,7 @@ class plugin_errors(plugin_context):
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, traceback: object
     ) -> None:
-        entry, doing = self._entry, self._doing
+        entry, doing = self.entry, self.doing
         try:
             if error is None:
                 _check_descriptors(entry, doing)
@@ -297,7 +291,7 @@ def contract_error(entry: Entry, what: str, allowed: str = "") -> ContractError:
 def interrupted_plugin() -> str:
     """Return the plugin that Ctrl-C interrupted and its task, once; '' if there is none."""
     # The innermost call is recorded first; other threads may still be inside theirs.
-    calls = [*_interrupted[:1], *list(_active.values())[-1:]]
+    calls = [*_interrupted[:1], *list(_active)[-1:]]
     _interrupted.clear()
     return f"{calls[0].entry} was {calls[0].doing}" if calls else ""
 
@@ -319,7 +313,7 @@ def guard_process() -> None:
 
 def _exit(status: int) -> NoReturn:
     here = os.getpid(), threading.get_ident()
-    if any((call.process, call.thread) == here for call in [*_active.values()]):
+    if any(call.place == here for call in [*_active]):
         raise SystemExit(f"os._exit({status})")
     _end_process(status)
 

@@ -43,6 +43,7 @@ from gaitsim.storage.files.folder import (
     EXPERIMENT,
     HISTORY,
     ISLANDS,
+    ONE_COPY,
     POPULATIONS,
     PREVIOUS,
     SAVES,
@@ -214,7 +215,7 @@ class RunSnapshot:
                 f"the checkpoint contradicts itself: it has {found:,} individuals, but its "
                 f"experiment has {expected:,}",
                 where=str(self.path / CHECKPOINT),
-                remedy="restore all files of the run from one copy",
+                remedy=ONE_COPY,
             )
         return stages
 
@@ -414,11 +415,7 @@ class RunSnapshot:
         genome = genome.astype(experiment.space().dtype)
         wrong = out_of_bounds(experiment, genome[None], f"the best of generation {generation}")
         if wrong:
-            raise RunError(
-                f"{BESTS} is damaged: {wrong}",
-                where=str(self.path / BESTS),
-                remedy="restore all files of the run from one copy",
-            )
+            raise damaged_error(self.path / BESTS, wrong, ONE_COPY)
         return genome
 
     @property
@@ -440,11 +437,8 @@ class RunSnapshot:
         if found is not None:
             wrong = out_of_bounds(experiment, found.genomes, "a member")
         if wrong:
-            raise RunError(
-                f"the {experiment.search.keeps} of the run is damaged: {wrong}",
-                where=str(self.path / CHECKPOINT),
-                remedy="restore all files of the run from one copy",
-            )
+            what = f"the {experiment.search.keeps} of the run is damaged: {wrong}"
+            raise RunError(what, where=str(self.path / CHECKPOINT), remedy=ONE_COPY)
         return found
 
     @cached_property
@@ -548,7 +542,7 @@ class RunSnapshot:
                 f"the best score of generation {number} is {best['score']:g} in {BESTS}, but "
                 f"{recorded:g} in {HISTORY}",
                 where=str(self.path),
-                remedy="restore all files of the run from one copy",
+                remedy=ONE_COPY,
             )
         if not np.isfinite(best["score"]):
             which = f"generation {generation}"

@@ -28,6 +28,8 @@ CHECKSUMS, SAVES, PROVENANCE = "checksums.bin", "saves.bin", "provenance.json"
 CHAMPIONS, POPULATIONS, EXPORTS = "champions", "populations", "exports"
 ADAPTATIONS = "adaptations"
 NOTE, TAGS = "note.txt", "tags.txt"
+ONE_COPY = "restore all files of the run from one copy"
+"""The remedy for files that do not belong together."""
 
 
 def command(verb: str, *words: object) -> str:
@@ -91,7 +93,7 @@ def truncation_error(run: Path, name: str, found: int, generation: int) -> RunEr
     return RunError(
         f"{what}, but the checkpoint is of generation {generation}",
         where=str(run / name),
-        remedy="restore all files of the run from one copy",
+        remedy=ONE_COPY,
     )
 
 

@@ -150,13 +150,11 @@ def check_values(
         )
 
 
-def damaged_error(path: Path, reason: str) -> RunError:
-    """Return the error of a damaged table."""
-    return RunError(
-        f"{path.name} is damaged: {reason}",
-        where=str(path),
-        remedy="restore it from a copy; the checkpoint is not affected",
-    )
+def damaged_error(
+    path: Path, reason: str, remedy: str = "restore it from a copy; the checkpoint is not affected"
+) -> RunError:
+    """Return the error of a damaged file."""
+    return RunError(f"{path.name} is damaged: {reason}", where=str(path), remedy=remedy)
 
 
 @contextmanager
