@@ -53,7 +53,7 @@ def open_descriptor(path: Path, flags: int, *, follow: bool = False) -> int:
 def open_regular(path: Path, largest: int, *, follow: bool = False) -> BinaryIO:
     """Open a regular file of at most `largest` bytes for reading."""
     file = os.fdopen(open_descriptor(path, os.O_RDONLY, follow=follow), "rb")
-    if (size := os.fstat(file.fileno()).st_size) > largest:
+    if (size := _size(file)) > largest:
         file.close()
         raise _too_large(path, f"{size:,}", largest)
     return file
@@ -76,6 +76,10 @@ def is_folder(path: Path) -> bool:
         return stat.S_ISDIR(os.lstat(path).st_mode)
     except (OSError, ValueError):
         return False
+
+
+def _size(file: BinaryIO) -> int:
+    return os.fstat(file.fileno()).st_size
 
 
 def _too_large(path: Path, size: str, largest: int) -> OSError:

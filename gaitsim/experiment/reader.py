@@ -59,16 +59,9 @@ def _study_error(source: str) -> GaitsimError:
 
 
 class Reader:
-    """Reads an experiment and collects its problems.
+    """Reads an experiment and collects its problems; `parse_experiment` describes the arguments.
 
-    Args:
-        text: text of the experiment, in TOML.
-        source: origin of the text, for messages.
-        overrides: values of options that override those of the text.
-        place: origin of the overrides, for messages.
-        folder: folder of relative paths in the text; None for a text that must not refer to files.
-            Relative paths in overrides start from the current folder.
-        roots: additional folders that files in options may refer to.
+    Relative paths in overrides start from the current folder.
     """
 
     def __init__(
