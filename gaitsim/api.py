@@ -16,6 +16,7 @@ from gaitsim import evolution, individual as recorded
 from gaitsim.arguments import ARGUMENTS, as_overrides, check_workers, warn
 from gaitsim.contracts import Exported, GenomeSpace
 from gaitsim.contracts.search import Members
+from gaitsim.effort import gait_warnings
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Evaluator, Executor
 from gaitsim.evaluation.worlds import World, parse_world
@@ -23,7 +24,7 @@ from gaitsim.evolution import Generation, island_map
 from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import in_engine, with_damage, with_world
-from gaitsim.gait.report import GaitAnalysis, gait_warnings
+from gaitsim.gait.report import GaitAnalysis
 from gaitsim.individual import Member, Which
 from gaitsim.inspecting import (
     DataFrame,

@@ -37,7 +37,7 @@ class Attach(OneRun):
         import asyncio
 
         from gaitsim.console.evolving import find_evolving, follow_run, not_evolving
-        from gaitsim.console.run_view import summarise
+        from gaitsim.console.run_end import summarise
         from gaitsim.storage.lock import is_locked
 
         found = find_evolving(self.run)

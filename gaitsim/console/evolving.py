@@ -19,7 +19,7 @@ from gaitsim.console.codes import challenge_as_start, read_challenge
 from gaitsim.console.displays import RESTING, Display, Row, display, row_of
 from gaitsim.console.interrupts import interruptible
 from gaitsim.console.printing import echo, notice, output, print_json, status
-from gaitsim.console.run_view import summarise
+from gaitsim.console.run_end import summarise
 from gaitsim.console.streams import results
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation import Executor

@@ -1,7 +1,5 @@
 """Score populations in this thread, in several threads, or in worker processes."""
 
-from gaitsim.evaluation.evaluator import Evaluator
-from gaitsim.evaluation.executors import Executor
-from gaitsim.evaluation.scoring import Evaluation, evaluate
+from gaitsim.surface import offer
 
-__all__ = ["Evaluation", "Evaluator", "Executor", "evaluate"]
+__getattr__, __dir__ = offer(__name__, __file__)

@@ -13,15 +13,19 @@ function of the previous one.
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, GenomeSpace, Results
-from gaitsim.evaluation import Evaluation, Evaluator, evaluate
+from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evaluation.scoring import join_evaluations
 from gaitsim.evolution.searching import ask
 from gaitsim.experiment import Experiment, Islands
+
+if TYPE_CHECKING:
+    from gaitsim.evaluation import Evaluator
 
 Scores = NDArray[np.float64]
 
@@ -158,7 +162,7 @@ def evolve_epoch(experiment: Experiment, task: Epoch) -> list[EvaluatedPopulatio
     return populations
 
 
-def island_map(evaluator: Evaluator) -> ParallelMap | None:
+def island_map(evaluator: "Evaluator") -> ParallelMap | None:
     """Return the map that evolves islands on the evaluator's workers; None if it is not faster.
 
     With fewer islands than workers, or with threads, it is faster to evolve all islands in this

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from gaitsim.contracts import Array, Motion, Organism, Skeleton
+from gaitsim.effort import Effort, channel_of, effort_of, gait_warnings
 from gaitsim.errors import GaitsimError
 from gaitsim.gait import naming
 from gaitsim.gait.channels import count_trials
-from gaitsim.gait.effort import Effort
 from gaitsim.gait.feet import (
     Contacts,
     Floats,
@@ -284,32 +284,6 @@ def trial_skeletons(individual: Individual) -> list[Skeleton]:
     return skeletons
 
 
-def gait_warnings(individual: Individual) -> tuple[str, ...]:
-    """Return the warnings of the body about an individual; () for a gait from a file."""
-    if individual.genome is None:
-        return ()
-    with plugin_errors(individual.experiment.entries["organism"], "checking a gait for mistakes"):
-        return tuple(individual.experiment.organism.gait_warnings(individual.genome.copy()))
-
-
-EFFORT = ("torque", "stall_torque", "rms_torque", "continuous_torque")
-"""Channels of a body that measures the torque of its servos, over joints, in N m."""
-
-
-def effort_of(individual: Individual) -> Effort | None:
-    """Return the torque of the servos; None if the body lacks one of the channels `EFFORT`."""
-    organism = individual.experiment.organism
-    found = [organism.channels.get(name) for name in EFFORT]
-    if any(one is None or one.axes[-1:] != ("joints",) or one.unit != "N m" for one in found):
-        return None
-    torque, stall, rms, continuous = (_channel(individual, name) for name in EFFORT)
-    shares = [
-        np.divide(values, stall, out=np.zeros_like(stall), where=stall > 0)
-        for values in (torque.max(axis=0), rms, continuous)
-    ]
-    return Effort(tuple(organism.joint_names()), *shares)
-
-
 def vertical_loads(individual: Individual) -> Floats | None:
     """Return the vertical force of the ground on each foot, (frames, feet) N.
 
@@ -318,20 +292,20 @@ def vertical_loads(individual: Individual) -> Floats | None:
     channel = individual.experiment.organism.channels.get("load")
     if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
         return None
-    values = _channel(individual, "load")
+    values = channel_of(individual, "load")
     return values[..., channel.axes[-1].index("z")]
 
 
 def weight_of(individual: Individual) -> float | None:
     """Return the weight of the body, N; None if it has no channel `weight` with a single value."""
     channel = individual.experiment.organism.channels.get("weight")
-    return float(_channel(individual, "weight")) if channel and channel.axes == () else None
+    return float(channel_of(individual, "weight")) if channel and channel.axes == () else None
 
 
 def commanded_frequency(individual: Individual) -> float:
     """Return the stride frequency that the gait commands, Hz; 0 if unknown."""
     known = commands_frequency(individual.experiment.organism)
-    return float(_channel(individual, STRIDE_FREQUENCY)) if known else 0.0
+    return float(channel_of(individual, STRIDE_FREQUENCY)) if known else 0.0
 
 
 def commands_frequency(organism: Organism) -> bool:
@@ -346,7 +320,7 @@ def frames_before_fall(individual: Individual) -> int:
     channel = individual.experiment.organism.channels.get("lasted")
     if channel is None or channel.axes or channel.unit != "s":
         return frames
-    lasted = float(_channel(individual, "lasted"))
+    lasted = float(channel_of(individual, "lasted"))
     return min(frames, frames_in(lasted, individual.skeleton.frame_rate))
 
 
@@ -354,19 +328,6 @@ def _carried(individual: Individual) -> Floats | None:
     """Return the share of the weight that the feet carry, (frames,)."""
     loads, weight = vertical_loads(individual), weight_of(individual)
     return loads.sum(axis=1) / weight if loads is not None and weight else None
-
-
-def _channel(individual: Individual, name: str) -> Floats:
-    """Return a channel of one individual, without the axis of the population."""
-    entry = individual.experiment.entries["organism"]
-    channel = individual.experiment.organism.channels[name]
-    with plugin_errors(entry, f"computing the channel {name!r}"):
-        values = np.asarray(individual.motion[name])
-    if values.shape[:1] != (1,) or not channel.fits(values.shape):
-        raise contract_error(
-            entry, f"returned the channel {name!r} with the shape {values.shape}", channel.shape
-        )
-    return np.asarray(values[0], dtype=np.float64)
 
 
 def margin_of(individual: Individual) -> Floats:
@@ -382,7 +343,7 @@ def _own_margin(individual: Individual) -> Floats | None:
     channel = individual.experiment.organism.channels.get("margin")
     if channel is None or channel.axes != ("frames",):
         return None
-    margin = _channel(individual, "margin")
+    margin = channel_of(individual, "margin")
     expected = (len(individual.skeleton.segments),)
     if margin.shape != expected:
         entry = individual.experiment.entries["organism"]

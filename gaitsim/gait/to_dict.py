@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.effort import Effort
 from gaitsim.errors import GaitsimError
 from gaitsim.gait.changed import QuantityPair, compare_bodies, engine_of
-from gaitsim.gait.effort import Effort
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time

@@ -30,6 +30,7 @@ from gaitsim.storage.files.folder import (
     EXPORTS,
     HISTORY,
     ISLANDS,
+    MEASURES,
     PROVENANCE,
     RUNS,
     SAVES,
@@ -175,6 +176,8 @@ def fork_run(
             for number in kept_generations(path, subfolder, checkpoint.generation):
                 name = kept_file(subfolder, number)
                 files[name] = pack(read(path / name))
+        if os.path.lexists(path / MEASURES):
+            files[MEASURES] = read_regular(path / MEASURES, MAX_BYTES)
         if entries := read_provenance(path):
             files[PROVENANCE] = provenance_bytes(entries)
     return create_folder(out or path, files, (CHAMPIONS, EXPORTS))

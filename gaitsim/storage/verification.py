@@ -34,6 +34,7 @@ from gaitsim.storage.files.folder import (
     EXPERIMENT,
     HISTORY,
     ISLANDS,
+    MEASURES,
     POPULATIONS,
     PREVIOUS,
     PROVENANCE,
@@ -59,6 +60,7 @@ from gaitsim.storage.files.records import (
 )
 from gaitsim.storage.files.tables import line_ends
 from gaitsim.storage.lock import is_locked
+from gaitsim.storage.measured import Measured, read_measured
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
 from gaitsim.storage.snapshot import RunSnapshot
@@ -270,6 +272,8 @@ def _results(
         BESTS: "" if complete else "scores and terms",
         SAVES: f"agrees with {CHECKPOINT}",
     }
+    if os.path.lexists(run.path / MEASURES):
+        files[MEASURES] = "the champion's motion, simulated again"
     unknown = {PROVENANCE: "what it states of the past"}
     if is_folder(run.path / ADAPTATIONS):
         unknown[f"{ADAPTATIONS}/"] = "verify each of its files"
@@ -328,6 +332,29 @@ def _file_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     if run.previous is not None:
         yield from _checkpoint_differences(run, run.previous, PREVIOUS)
     yield from _kept_differences(run)
+    yield from _measure_differences(run)
+
+
+def _measure_differences(run: RunSnapshot) -> Iterator[FileDifference]:
+    """Simulate the champion again, and compare its measures with the stored ones.
+
+    After a process was killed, they may be those of an earlier champion.
+    """
+    if run.warning or not os.path.lexists(run.path / MEASURES):
+        return
+    stored = read_measured(run.path)
+    if stored is None or not 1 <= stored.generation <= run.generation:
+        yield FileDifference(MEASURES, "is damaged, or of a generation that the run does not have")
+        return
+    now = Measured.of(run.individual(stored.generation))
+    if repr(stored) != repr(now):  # NaN equals NaN
+        names = [
+            name
+            for name in dict.fromkeys([*stored.measures, *now.measures])
+            if repr(stored.measures.get(name)) != repr(now.measures.get(name))
+        ]
+        what = f"{', '.join(names)} differ" if names else "the score or the warnings differ"
+        yield FileDifference(MEASURES, f"{what} when computed", stored.generation)
 
 
 def _row_differences(run: RunSnapshot) -> Iterator[FileDifference]:

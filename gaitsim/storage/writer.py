@@ -6,7 +6,7 @@ open ─▶ prepare ─▶ re-evaluate, if a stage needs it ─▶ evolve ─▶
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from functools import cached_property, partial
 from itertools import islice
 from pathlib import Path
@@ -24,6 +24,7 @@ from gaitsim.evolution import (
     reevaluate,
     stop_reason,
 )
+from gaitsim.individual import Individual
 from gaitsim.opening import is_folder
 from gaitsim.registry.entry_points import contract_error
 from gaitsim.storage.background import forget_failure
@@ -52,6 +53,7 @@ from gaitsim.storage.files.folder import (
 )
 from gaitsim.storage.files.records import RecordFiles
 from gaitsim.storage.lock import RunLock
+from gaitsim.storage.measured import write_measured
 from gaitsim.storage.provenance import current_versions, write_provenance
 from gaitsim.storage.resume import ResumeOptions, ResumePlan, plan_resume
 from gaitsim.storage.snapshot import RunSnapshot
@@ -101,6 +103,7 @@ class RunWriter:
         self._evaluator: Evaluator | None = None
         self._provenance_written = False
         self._unsaved: Generation | None = None
+        self._best: Generation | None = None
         self._recorded, self._saved = -math.inf, time.monotonic()
 
     @classmethod
@@ -166,6 +169,18 @@ class RunWriter:
         except RunError:
             if error is None:  # otherwise, the first error says why the run ends
                 raise
+        champion = self._champion
+        if error is None and champion is not None:
+            with suppress(GaitsimError):  # the run is complete; whoever shows it simulates again
+                write_measured(self.path, champion)
+
+    @property
+    def _champion(self) -> Individual | None:
+        """The champion of the run, if it was evolved by this process or is known from before."""
+        best = self._best
+        if best is not None:
+            return Individual.of_generation(self.experiment, best, best.best, self.path)
+        return self.run.individual() if self.last and self.run.best_generation else None
 
     @property
     def done(self) -> str:
@@ -233,6 +248,8 @@ class RunWriter:
         with self._explained():
             self._files.append(generation, values)
         self._unsaved = generation
+        if not generation.progress.stagnation and math.isfinite(generation.progress.best_score):
+            self._best = generation
         now = time.monotonic()
         seconds, self._recorded = now - self._recorded, now
         due = now + seconds > self._saved + PERIOD

@@ -40,6 +40,7 @@ def test_a_run_is_written_and_read(whole, puppet):
     assert names(whole.path) - {".lock", ".lock-owner"} == {
         "experiment.toml",
         "history.csv",
+        "measures.json",
         "bests.bin",
         "checksums.bin",
         "saves.bin",

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gaitsim.individual import Individual
+from gaitsim.registry import contract_error, plugin_errors
+
 Floats = NDArray[np.float64]
 
 STALL = 0.995  # share of the stall torque from which a servo counts as stalled
@@ -58,3 +61,49 @@ class Effort:
             f"exceeds what their servos can deliver continuously; {self.joints[worst]} needs "
             f"{self.rms[worst]:.2f} of its stall torque, {ratio[worst]:.1f} times its rating."
         )
+
+
+EFFORT = ("torque", "stall_torque", "rms_torque", "continuous_torque")
+"""Channels of a body that measures the torque of its servos, over joints, in N m."""
+
+
+def effort_of(individual: Individual) -> Effort | None:
+    """Return the torque of the servos; None if the body lacks one of the channels `EFFORT`."""
+    organism = individual.experiment.organism
+    found = [organism.channels.get(name) for name in EFFORT]
+    if any(one is None or one.axes[-1:] != ("joints",) or one.unit != "N m" for one in found):
+        return None
+    torque, stall, rms, continuous = (channel_of(individual, name) for name in EFFORT)
+    shares = [
+        np.divide(values, stall, out=np.zeros_like(stall), where=stall > 0)
+        for values in (torque.max(axis=0), rms, continuous)
+    ]
+    return Effort(tuple(organism.joint_names()), *shares)
+
+
+def channel_of(individual: Individual, name: str) -> Floats:
+    """Return a channel of one individual, without the axis of the population."""
+    entry = individual.experiment.entries["organism"]
+    channel = individual.experiment.organism.channels[name]
+    with plugin_errors(entry, f"computing the channel {name!r}"):
+        values = np.asarray(individual.motion[name])
+    if values.shape[:1] != (1,) or not channel.fits(values.shape):
+        raise contract_error(
+            entry, f"returned the channel {name!r} with the shape {values.shape}", channel.shape
+        )
+    return np.asarray(values[0], dtype=np.float64)
+
+
+def gait_warnings(individual: Individual) -> tuple[str, ...]:
+    """Return the warnings of the body about an individual; () for a gait from a file."""
+    if individual.genome is None:
+        return ()
+    with plugin_errors(individual.experiment.entries["organism"], "checking a gait for mistakes"):
+        return tuple(individual.experiment.organism.gait_warnings(individual.genome.copy()))
+
+
+def warnings_of(individual: Individual) -> tuple[str, ...]:
+    """Return the warnings about servos that overheat, and those of the body."""
+    effort = effort_of(individual)
+    hot = effort.warning if effort is not None else ""
+    return (*filter(None, [hot]), *gait_warnings(individual))
