@@ -18,7 +18,6 @@ from gaitsim.tui.screens.files import ChooseFile
 from gaitsim.tui.screens.help import Help
 from gaitsim.tui.screens.presets import Presets
 from gaitsim.tui.screens.questions import Ask, AskText, Choose, Confirm, PickTrashed
-from gaitsim_adaptation.damage import JointDialog
 from gaitsim_studies.study_dialog import SWEEP, StudyDialog
 
 BURST = "nRpSds/xqcf"  # letters that have a meaning on the screens below
@@ -127,7 +126,6 @@ DIALOGS = {
     "StudyDialog": lambda home: StudyDialog(SWEEP),
     "Presets": lambda home: Presets(),
     "ChooseFile": lambda home: ChooseFile(),
-    "JointDialog": lambda home: JointDialog(["hip"], {}, lambda joint, text: None),
     "Help": Help,
 }
 

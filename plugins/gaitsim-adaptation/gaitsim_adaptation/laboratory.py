@@ -12,21 +12,13 @@ from textual.containers import Horizontal, Vertical
 from textual.reactive import reactive
 from textual.widgets import DataTable, Static
 
-from gaitsim.plugin import GaitsimError
+from gaitsim.plugin import GaitsimError, unknown
 from gaitsim.plugin.pictures import visible, visible_lines
 from gaitsim.plugin.runs import Member, Which, command
 from gaitsim.plugin.toolkit import damage_options, parse_damage
-from gaitsim.screen import Ask, Confirm, GaitScreen, RunChoice, bindings, options_of
+from gaitsim.screen import Ask, GaitScreen, RunChoice, bindings, options_of
 from gaitsim_adaptation.adaptation import Adaptation, open_adaptation
-from gaitsim_adaptation.answers import ANSWERS
-from gaitsim_adaptation.damage import (
-    BodyPlan,
-    Choice,
-    JointDialog,
-    damage_texts,
-    set_joint,
-    toggle_leg,
-)
+from gaitsim_adaptation.damage import BodyPlan, Choice, damage_texts, set_joint, toggle_leg
 from gaitsim_adaptation.laboratory_panels import (
     LaboratoryRun,
     Trials,
@@ -34,9 +26,12 @@ from gaitsim_adaptation.laboratory_panels import (
     read_subject,
     simulate_walk,
 )
-from gaitsim_adaptation.record import Place
 from gaitsim_adaptation.trials import Trial, refinements
 
+JOINTS = (
+    "A joint is 'stuck' in its standing pose or at an angle in degrees, or 'slow' or 'weak' with "
+    "the share of its speed or torque that remains, such as 0.5. Its name alone repairs it."
+)
 NOT_READ = "The run is still being read, or cannot be read."
 CHANGES = 10  # gaits that 'Refine' tries
 WIDE, HIGH = 120, 36  # minimum columns for three bodies, and rows for an empty table
@@ -68,8 +63,9 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
 - **Plan**: the body from above, its front upwards. The arrow keys or a click choose a leg;
   Enter, space or another click removes or restores it. ✗ and dots mark a lost leg, ! a leg with
   a damaged joint.
-- **Damage** makes a joint of the chosen leg stuck at an angle, slow or weak. **Repair** removes
-  all damage. The damage is shown below the plan in the syntax of `--damage`.
+- **Damage** asks for a joint of the chosen leg that is stuck at an angle, slow or weak, in the
+  syntax of `--damage`, in which the damage is also shown below the plan. **Repair** removes all
+  damage.
 - **Bodies**: the champion, or the gait chosen on the previous screen, on the intact body and on
   the damaged one, and the gait being tried. The bar shows the distance walked, as a percentage of
   that on the intact body. A narrow screen hides the intact body during the trials.
@@ -80,8 +76,6 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
   expected value, or after 20 trials.
 - **Refine** then tries ten small changes of the best gait, each more promising than others
   according to a Gaussian process over the genes. They are marked + and are not in the map.
-- **Robot** writes the gait to try as a file and asks for the result of your robot. The damage that
-  you chose improves the predictions.
 - **Map**: the expected performance of each gait after the trials. Trials are marked by their
   numbers, the best by ★.
 - **Stop** keeps all trials; **Adapt** or `gaitsim adapt` continues the search. **Verify** computes
@@ -169,17 +163,25 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         subject, leg = self.subject, self.plan.leg
         assert subject is not None, "available only after reading"
         joints = subject.legs[leg]
-        now = {one.part: str(one) for one in self.damage if one.part in joints}
+        now = [str(one) for one in self.damage if one.part in joints]
 
-        def wanted(joint: str, text: str) -> Choice:
-            new = parse_damage([text], subject.legs)[0] if text else None
+        def wanted(text: str) -> Choice:
+            new = None if text in joints else parse_damage([text], subject.legs)[0]
+            joint = text if new is None else new.part
+            if joint not in joints:
+                raise unknown("joint", joint, joints)
             found = set_joint(self.damage, joint, new, subject.legs)
             subject.check(found, physics=self.physics)
             return found
 
-        answer = await self.app.push_screen_wait(JointDialog(joints, now, wanted))
-        if answer is not None:
-            self.damage = wanted(*answer)
+        ask = Ask(
+            f"Which joint of {leg} is damaged?",
+            next(iter(now), f"{joints[0]} stuck"),
+            wanted,
+            f"{JOINTS} Joints: {', '.join(joints)}.",
+        )
+        if (text := await self.app.push_screen_wait(ask)) is not None:
+            self.damage = wanted(text)
 
     def action_repair(self) -> None:
         self.damage = ()
@@ -249,7 +251,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         self._stopping = False
         self.call_next(self.refresh_bindings)
         try:
-            if self.adaptation is None or self.adaptation.place == "robot" or settings:
+            if self.adaptation is None or settings:
                 self.adaptation = await self.in_thread(self._open, settings)
             await self._run_trials(self.adaptation)
         except GaitsimError as error:
@@ -259,36 +261,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
             self._stopping = False
             self.call_next(self.refresh_bindings)
 
-    @work(group="ask", exclusive=True)
-    async def action_robot(self) -> None:
-        """Propose gaits for a robot and ask for their results, until the answer is empty."""
-        try:
-            self.adaptation = adaptation = await self.in_thread(self._open, {}, "robot")
-            while (proposal := adaptation.proposal) is not None:
-                self._list(adaptation)
-                self._arrange()
-                file = await self.in_thread(adaptation.export, proposal)
-                about = f"Play {file}. {ANSWERS}"
-                ask = Ask(
-                    f"Trial {proposal.number}: {adaptation.question}?",
-                    check=adaptation.understand,
-                    about=about,
-                )
-                text = await self.app.push_screen_wait(ask)
-                if text is None:
-                    break
-                reply = adaptation.understand(text)
-                doubt = adaptation.doubt(reply.answer)
-                question = Confirm(f"{doubt}. Is that right?", "Yes", danger=True)
-                if not doubt or await self.app.push_screen_wait(question):
-                    adaptation.carry_out(reply)
-            self._list(adaptation)
-            self._say(adaptation.ending or "All results are saved; press b to continue.")
-        except GaitsimError as error:
-            self._fail(error)
-        self.refresh_bindings()
-
-    def _open(self, settings: Mapping[str, int], place: Place | None = None) -> Adaptation:
+    def _open(self, settings: Mapping[str, int]) -> Adaptation:
         """Continue or create the adaptation to this damage; called in a thread."""
         assert self.subject is not None, "available only after reading"
         done = 0
@@ -302,7 +275,7 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
         return open_adaptation(
             self.subject.run,
             damage_texts(self.damage),
-            place=place or ("physics" if self.physics else "simulation"),
+            place="physics" if self.physics else "simulation",
             settings=settings,
             on_progress=progress,
         )
@@ -427,17 +400,15 @@ Remove legs from a body, watch its champion fail, and let it adapt (Cully et al.
     def obstacle(self, action: str) -> str:
         busy, subject = self.is_busy("adapt"), self.subject
         match action:
-            case "adapt" | "repair" | "joint" | "physics" if busy:
+            case "adapt" | "refine" | "repair" | "joint" | "physics" if busy:
                 return "An adaptation is running; press x to stop it first."
-            case "refine" | "robot" if busy:
-                return "An adaptation is running; press x to stop it first."
-            case "adapt" | "replay" | "export" | "robot" if subject is None:
+            case "adapt" | "replay" | "export" if subject is None:
                 return NOT_READ
-            case "adapt" | "robot" if subject and subject.unadaptable:
+            case "adapt" if subject and subject.unadaptable:
                 return subject.unadaptable
             case "adapt" if not self.damage:
                 return "The body is intact; press Enter to remove a leg first."
-            case "refine" if self.adaptation is None or self.adaptation.place == "robot":
+            case "refine" if self.adaptation is None:
                 return "No gait was tried; press a to try gaits of the atlas first."
             case "replay" if self.shown is not None and self.shown.genome:
                 return "A changed gait is not in the atlas; export it as a gait file."

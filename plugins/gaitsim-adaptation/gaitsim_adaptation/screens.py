@@ -31,7 +31,6 @@ declare("lab", [
     Shown("physics", "p", "Physics", "Switch between kinematics and rigid-body physics"),
     Shown("adapt", "a", "Adapt", "Try gaits of the atlas on the damaged body until one walks"),
     Shown("refine", "m", "Refine", "Try small changes of the best gait"),
-    Shown("robot", "b", "Robot", "Propose gaits for your robot and record its results"),
     Shown("stop", "x", "Stop", "Stop the search and keep its trials"),
     Shown("replay", "r", "Replay",
           "Replay the gait shown on the damaged body, frame by frame"),
@@ -44,7 +43,4 @@ declare("plan", [
     Hidden("right", "right", "Leg to the right", "Choose the leg to the right",
            "choose(0, -1)"),
     Shown("remove", "enter,space", "Toggle leg", "Remove or restore the chosen leg")
-])  # fmt: skip
-declare("joint", [
-    Shown("cancel", "escape", "Cancel", "Change nothing", "dismiss")
 ])  # fmt: skip
