@@ -37,26 +37,30 @@ _EXAMPLES = "[bold]Example"
 _UNUSED = ("rich.markdown", "rich.traceback")
 
 
-class StyledCommand(TyperCommand):
+class _StyledHelp:
+    """The style of the help of commands and groups."""
+
+    def get_params(self, ctx: Any) -> Any:
+        """Return the parameters, with one style of placeholders."""
+        return set_placeholders(super().get_params(ctx), ctx)  # type: ignore[misc]
+
+    def format_help(self, ctx: Any, formatter: Any) -> None:
+        """Print the help."""
+        import_rich_utils()
+        super().format_help(ctx, formatter)  # type: ignore[misc]
+
+
+class StyledCommand(_StyledHelp, TyperCommand):
     """A command with gaitsim's style of help and errors."""
 
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.help = arrange_help(self.help or "")
 
-    def get_params(self, ctx: Any) -> Any:
-        """Return the parameters, with one style of placeholders."""
-        return set_placeholders(super().get_params(ctx), ctx)
-
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """Return the words of the usage line, without Typer's braces around arguments."""
         pieces = super().collect_usage_pieces(ctx)
         return [re.sub(r"^\{(.*)\}", r"\1", piece) for piece in pieces]
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Print the help."""
-        import_rich_utils()
-        super().format_help(ctx, formatter)
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         """Read the command line."""
@@ -80,7 +84,7 @@ class StyledCommand(TyperCommand):
         return super().invoke(ctx)
 
 
-class LazyGroup(TyperGroup):
+class LazyGroup(_StyledHelp, TyperGroup):
     """A group that imports the module of a command only when that command is used.
 
     Until then, a stub with one line of help represents it, which suffices for the group's help,
@@ -99,15 +103,6 @@ class LazyGroup(TyperGroup):
     def __init__(self, *args: Any, **settings: Any) -> None:
         super().__init__(*args, **settings)
         self.commands = {name: TyperCommand(name) for name in self.places}
-
-    def get_params(self, ctx: Any) -> Any:
-        """Return the parameters, with one style of placeholders."""
-        return set_placeholders(super().get_params(ctx), ctx)
-
-    def format_help(self, ctx: Any, formatter: Any) -> None:
-        """Print the help."""
-        import_rich_utils()
-        super().format_help(ctx, formatter)
 
     def resolve_command(self, ctx: Any, args: list[str]) -> Any:
         """Return the name, the command and its arguments; import the command.

@@ -68,6 +68,7 @@ from gaitsim.render.plots.panels import (
     grid as grid,
     intervals as intervals,
     limit_time as limit_time,
+    rows_of_panels as rows_of_panels,
     shade_spans as shade_spans,
 )
 from gaitsim.render.plots.parallel import MAX_AXES as MAX_AXES, parallel_figure as parallel_figure
@@ -169,6 +170,7 @@ __all__ = [
     "rgb",
     "rod",
     "round_step",
+    "rows_of_panels",
     "save",
     "set_generations",
     "shade_spans",

@@ -17,6 +17,7 @@ from gaitsim.plugin.pictures import (
     format_number,
     heading_of_run,
     require_archive,
+    rows_of_panels,
     shorten,
     styled,
 )
@@ -60,7 +61,11 @@ def archive_figure(run: RunSnapshot, theme: Theme, axes: Sequence[str] = ()) -> 
     with styled(theme):
         matrix = len(panels) > 1 and len(archive.names) > _MAX_SEPARATE
         figure = Figure(figsize=_size(len(panels), matrix))
-        places = _triangle(figure, len(archive.names)) if matrix else _rows(figure, len(panels))
+        places = (
+            _triangle(figure, len(archive.names))
+            if matrix
+            else rows_of_panels(figure, len(panels), min(len(panels), 3))
+        )
         drawn: Any = None
         for place, names in zip(places, panels, strict=True):
             place.set_xlabel(labels[names[0]])
@@ -127,14 +132,6 @@ def _size(panels: int, matrix: bool) -> tuple[float, float]:
     if matrix:
         return 2.1 * WIDTH, 2.1 * WIDTH
     return (WIDTH, 3.2) if panels == 1 else (2.1 * WIDTH, 1.1 + 2.2 * -(-panels // 3))
-
-
-def _rows(figure: "Figure", panels: int) -> "list[Axes]":
-    columns = min(panels, 3)
-    places = [*figure.subplots(-(-panels // columns), columns, squeeze=False).ravel()]
-    for unused in places[panels:]:
-        unused.remove()
-    return places[:panels]
 
 
 def _triangle(figure: "Figure", axes: int) -> "list[Axes]":

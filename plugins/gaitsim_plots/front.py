@@ -15,6 +15,7 @@ from gaitsim.plugin.pictures import (
     format_number,
     heading_of_run,
     require_front,
+    rows_of_panels,
     shorten,
     styled,
 )
@@ -57,10 +58,8 @@ def front_figure(run: RunSnapshot, theme: Theme) -> "Figure":
         rows = -(-len(pairs) // columns)
         width = WIDTH if columns == 1 else 2.1 * WIDTH
         figure = Figure(figsize=(width, 2.9 if columns == 1 else 0.6 + 2.2 * rows))
-        places = [*figure.subplots(rows, columns, squeeze=False).ravel()]
-        for unused in places[len(pairs) :]:
-            unused.remove()
-        for axes, (across, up) in zip(places, pairs, strict=False):
+        places = rows_of_panels(figure, len(pairs), columns)
+        for axes, (across, up) in zip(places, pairs, strict=True):
             _draw_population(axes, view.others[across], view.others[up], theme)
             if len(names) == 2:
                 _draw_edge(axes, members, directions[across], theme)

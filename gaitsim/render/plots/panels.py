@@ -50,6 +50,17 @@ def grid(
     return figure, ordered[:count]
 
 
+def rows_of_panels(
+    figure: "Figure", count: int, columns: int, *, share_y: bool = False
+) -> list["Axes"]:
+    """Create panels in rows, of which the last may be shorter."""
+    rows = -(-count // columns)
+    places = [*figure.subplots(rows, columns, sharey=share_y, squeeze=False).ravel()]
+    for unused in places[count:]:
+        unused.remove()
+    return places[:count]
+
+
 def draw_bars(
     axes: "Axes",
     rows: Sequence[tuple[str, NDArray[np.bool_]]],

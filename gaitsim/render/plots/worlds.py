@@ -8,6 +8,7 @@ from gaitsim.gait.feet import Floats
 from gaitsim.gait.sensitivity import PARTS
 from gaitsim.gait.worlds import UnseenResults
 from gaitsim.render.plots.labels import add_heading, format_number
+from gaitsim.render.plots.panels import rows_of_panels
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
 
 if TYPE_CHECKING:
@@ -33,15 +34,12 @@ def worlds_figure(found: UnseenResults, heading: str, theme: Theme = LIGHT) -> "
     rows = -(-panels // columns)
     with styled(theme):
         figure = Figure(figsize=(2 * WIDTH, 0.65 + rows * _HEIGHT))
-        places = figure.subplots(rows, columns, sharey=True, squeeze=False)
-        for unused in places.ravel()[panels:]:
-            unused.remove()
-        first, *others = places.ravel()[:panels]
+        first, *others = places = rows_of_panels(figure, panels, columns, share_y=True)
         _draw_distribution(first, found, theme)
         for axes, name in zip(others, names, strict=True):
             _draw_condition(axes, found, name, theme)
         unit = f" ({found.unit})" if found.unit else ""
-        for axes in places[:, 0]:
+        for axes in places[::columns]:
             axes.set_ylabel(f"{found.measure}{unit}")
         handles: dict[str, object] = {}
         for axes in (first, *others):

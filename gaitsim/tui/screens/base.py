@@ -17,6 +17,7 @@ from textual.filter import LineFilter
 from textual.screen import ModalScreen, Screen
 from textual.widgets import Button
 
+from gaitsim.errors import GaitsimError
 from gaitsim.tui.keys import NAMED, PREFIX, add_package_actions, bindings
 from gaitsim.tui.shell import Shell
 from gaitsim.tui.terminal_output import ContrastFilter
@@ -33,6 +34,7 @@ add_package_actions()  # Textual reads the keys of a class when it is defined
 T = TypeVar("T")
 Result = TypeVar("Result")
 NOT_NOW = "Not available now."
+LONGEST = 100_000  # maximum number of characters in a command's argument
 
 
 class PaletteCommand(NamedTuple):
@@ -264,8 +266,6 @@ class GaitScreen(Screen[None]):
     @work(group="ask")
     async def verify_code(self) -> None:
         """Ask for a challenge code, and verify it."""
-        from gaitsim.tui.screens.codes import read_code
-
         ask = _screen("questions.AskText", "Paste a challenge code", "", "Verify", read_code)
         code = await self.app.push_screen_wait(ask)
         if code:
@@ -343,6 +343,24 @@ class Dialog(_Overlay, ModalScreen[Result]):
 
 class CommandPalette(_Overlay, command.CommandPalette):
     """A palette above a screen or a dialog."""
+
+
+def read_code(text: str) -> str:
+    """Return the challenge code in a text, on one line.
+
+    Raises:
+        GaitsimError: the text holds no valid code, or the code is too long.
+    """
+    from gaitsim.sharing.challenge import Challenge
+
+    code = Challenge.read(text).code
+    if len(code) > LONGEST:
+        raise GaitsimError(
+            f"the code has {len(code):,} characters",
+            allowed=f"at most {LONGEST:,} in this dialog",
+            remedy="save it to a file and run: gaitsim verify FILE",
+        )
+    return code
 
 
 def unavailable(screen: GaitScreen, titles: Collection[str]) -> Iterator[tuple[Binding, str]]:

@@ -9,13 +9,14 @@ from textual.app import ComposeResult
 from textual.containers import Horizontal
 from textual.reactive import reactive
 
+from gaitsim.errors import GaitsimError
 from gaitsim.individual import Member, Which
 from gaitsim.legged.damage import damage_options
 from gaitsim.steering import create_drive, own_controllers
 from gaitsim.storage.files.folder import EXPERIMENT, command
 from gaitsim.tui.keys import bindings
 from gaitsim.tui.screens.base import GaitScreen, PaletteCommand, RunChoice
-from gaitsim.tui.screens.questions import Ask
+from gaitsim.tui.screens.questions import Ask, AskText
 from gaitsim.tui.screens.replay_loading import (
     describe,
     kind_of,
@@ -286,11 +287,22 @@ The best individual of any generation, or a member of a front or archive, in mot
 
     @work(group="ask", exclusive=True)
     async def action_code(self) -> None:
-        """Show the challenge code of the individual and copy it."""
-        from gaitsim.tui.screens.codes import show_code
+        """Copy the challenge code of the individual, and show it in a dialog."""
+        from gaitsim.sharing.challenge import code_of
 
-        if self.pane.shown is not None:
-            await show_code(self, self.pane.shown.individual)
+        if self.pane.shown is None:
+            return
+        individual = self.pane.shown.individual
+        try:
+            code = await self.in_thread(code_of, individual)
+        except GaitsimError as error:
+            self.gaitsim.show_error(error)
+            return
+        self.app.copy_to_clipboard(code)
+        title = f"{individual.title}: copied a challenge code of {len(code):,} characters"
+        about = "Anyone can play it: gaitsim verify CODE"
+        if await self.app.push_screen_wait(AskText(title, code, "Copy", about=about)):
+            self.app.copy_to_clipboard(code)
 
     def palette(self) -> Iterable[PaletteCommand]:
         """Yield a command for each controller that the individual shown can replace."""

@@ -11,6 +11,7 @@ from textual.reactive import reactive
 from gaitsim.contracts import Skeleton
 from gaitsim.render.colours import sides
 from gaitsim.render.terminal.footfalls import strip
+from gaitsim.render.terminal.member_picture import narrow
 from gaitsim.tui.widgets.cells import Cells, Picture
 
 SHARE = 0.36  # maximum share of the terminal's height
@@ -57,7 +58,7 @@ class FootfallStrip(Cells):
         if skeleton is not None and touching is not None and feet:
             self._rate = skeleton.frame_rate
             self._touching = np.asarray(touching, dtype=np.bool_)
-            self._names = tuple(map(_plain, skeleton.contact_names or map(str, range(1, feet + 1))))
+            self._names = tuple(map(narrow, skeleton.contact_names or map(str, range(1, feet + 1))))
             self._sides = sides(skeleton.contact_names or ("",) * feet)
         else:
             self._touching = np.empty((0, 0), dtype=np.bool_)
@@ -88,8 +89,3 @@ class FootfallStrip(Cells):
         """Return the styles of swing, the current frame, bars by side, and the time."""
         parts = ("swing", "moment", "middle", "left", "right", "time")
         return [self.ink_style(), *(self.ink_style(f"footfalls--{part}") for part in parts)]
-
-
-def _plain(name: str) -> str:
-    """Replace characters that are not one column wide."""
-    return "".join(char if char.isascii() and char.isprintable() else "?" for char in name)
