@@ -57,7 +57,7 @@ def examples(text: str) -> Iterator[Step]:
 
 def helps(group: LazyGroup = GAITSIM, words: str = "gaitsim") -> Iterator[tuple[str, str]]:
     """Yield the words and the help of each command, with those of packages."""
-    for name in group.lines:
+    for name in group.list_commands(None):
         command = load(group, name)
         if isinstance(command, LazyGroup):
             yield from helps(command, f"{words} {name}")

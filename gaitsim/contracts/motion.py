@@ -161,7 +161,9 @@ class Motion(TableMixin, Mapping[str, Array]):
         one = slice(index, index + 1)
         failures = {0: self.failures[index]} if index in self.failures else {}
         known = {name: values[one] for name, values in self._channels.items()}
-        derived = {(name,): partial(self._channel_of, name, one) for name in self._derived}
+        derived: dict[tuple[str, ...], Callable[[], Mapping[str, Array]]] = {
+            (name,): partial(self._channel_of, name, one) for name in self._derived
+        }
         found = Motion(self.frame_rate, known, derived, failures)
         found.declared = self.declared
         return found

@@ -116,16 +116,15 @@ def feet_of_each(
     downs = found.downs.transpose(0, 2, 1).reshape(-1, frames)
     landed = np.split(np.nonzero(downs)[1], np.cumsum(downs.sum(axis=1))[:-1])
     swings, stances = _mean_durations(found.stance)
-    touches = np.where(np.isnan(found.touches), None, found.touches)
     feet = [
         Foot(names[n % count], duty, tuple(down.tolist()), stance, swing, each)
         for n, (duty, down, stance, swing, each) in enumerate(
             zip(
                 found.duty_factor.ravel().tolist(),
                 landed,
-                _seconds(stances, frame_rate),
-                _seconds(swings, frame_rate),
-                touches.ravel().tolist(),
+                _known(stances / frame_rate),
+                _known(swings / frame_rate),
+                _known(found.touches.ravel()),
                 strict=True,
             )
         )
@@ -142,9 +141,9 @@ def feet_of_each(
     ]
 
 
-def _seconds(frames: Floats, frame_rate: float) -> list[float | None]:
-    """Return durations in seconds; None for NaN."""
-    return [None if np.isnan(frame) else frame / frame_rate for frame in frames.tolist()]
+def _known(values: Floats) -> list[float | None]:
+    """Return numbers, with None for NaN."""
+    return [None if np.isnan(value) else value for value in values.tolist()]
 
 
 def _mean_durations(stance: Contacts) -> Floats:
@@ -164,7 +163,7 @@ def _mean_durations(stance: Contacts) -> Floats:
     kind = rows[row, begin + 1][:-1][whole] * len(rows) + row[:-1][whole]
     number = np.bincount(kind, minlength=2 * len(rows))
     total = np.bincount(kind, np.diff(begin)[whole], 2 * len(rows))
-    means = np.divide(total, number, out=np.full(len(total), np.nan), where=number > 0)
+    means: Floats = np.divide(total, number, out=np.full(len(total), np.nan), where=number > 0)
     return means.reshape(2, -1)
 
 
@@ -231,10 +230,11 @@ def circular_mean(cycles: ArrayLike) -> tuple[float, float]:
 
 def _directions(cycles: ArrayLike) -> NDArray[np.complex128]:
     """Return unit vectors in the directions of angles in cycles."""
-    return np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64))
+    directions: NDArray[np.complex128] = np.exp(2j * np.pi * np.asarray(cycles, dtype=np.float64))
+    return directions
 
 
-def _phase(vectors: ArrayLike) -> Floats:
+def _phase(vectors: Any) -> Floats:
     """Return the directions of vectors in cycles, 0 to 1."""
     return _wrap_to_cycle(np.angle(vectors) / (2 * np.pi))
 

@@ -194,7 +194,7 @@ def _history_length(genes: int, samples: int, updates: int) -> int:
 
 def _median(scores: NDArray[np.float64]) -> float:
     """Return the median, in a fifth of the time of `np.median`."""
-    ordered = np.sort(scores).tolist()
+    ordered: list[float] = np.sort(scores).tolist()
     half = len(ordered) // 2
     return ordered[half] if len(ordered) % 2 else (ordered[half - 1] + ordered[half]) / 2
 
