@@ -46,7 +46,7 @@ def command_lines() -> list[tuple[str, ...]]:
     """Return the words of each command, without groups."""
     found = []
     for name in get_command(app).places:
-        inner = getattr(get_command(app).load(name), "lines", None)
+        inner = getattr(get_command(app).load(name), "places", None)
         found += [(name, one) for one in inner] if inner else [(name,)]
     return found
 
