@@ -39,7 +39,7 @@ PUBLISHED = 1.5 * 3600  # seconds for 1,000 generations in MATLAB on the author'
 GENERATIONS, SAMPLE = 1000, 150
 
 # Budgets: seconds of compiling; a whole run as a multiple of its evaluations, for the spider and
-# for the quicker spider-recurrence; the gain by all cores, as a share of what a bare kernel gains
+# for the quicker spider-recurrence; the gain by all cores, as a share of a bare kernel's gain
 # by them; never slower with all cores; and an evaluation compared with the time of its arithmetic
 # at the machine's peak speed.
 COMPILING, RUN, QUICK_RUN, WORKERS, SLOWER, BOUND = 4.0, 1.25, 1.8, 0.95, 1.05, 2.5

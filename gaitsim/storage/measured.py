@@ -17,7 +17,7 @@ LARGEST = 2**20  # bytes
 
 @dataclass(frozen=True)
 class Measured:
-    """What the motion of a champion shows.
+    """The measures of a champion's motion, and the warnings about it.
 
     Attributes:
         generation: generation of the champion.
@@ -52,7 +52,7 @@ def read_measured(run: Path, champion: Individual | None = None) -> Measured | N
 
     Args:
         run: folder of the run.
-        champion: its champion; None for whichever individual the measures are of.
+        champion: its champion; None for the individual to which the measures belong.
     """
     try:
         found = _ADAPTER.validate_json(read_regular(run / MEASURES, LARGEST))

@@ -272,9 +272,13 @@ def _results(
         BESTS: "" if complete else "scores and terms",
         SAVES: f"agrees with {CHECKPOINT}",
     }
-    if os.path.lexists(run.path / MEASURES):
-        files[MEASURES] = "the champion's motion, simulated again"
     unknown = {PROVENANCE: "what it states of the past"}
+    if os.path.lexists(run.path / MEASURES):
+        stored = read_measured(run.path)
+        if stored is not None and stored.generation > run.generation:
+            unknown[MEASURES] = "of a generation that the run has lost; not used"
+        else:
+            files[MEASURES] = "the champion's motion, simulated again"
     if is_folder(run.path / ADAPTATIONS):
         unknown[f"{ADAPTATIONS}/"] = "verify each of its files"
     if complete:
@@ -338,13 +342,15 @@ def _file_differences(run: RunSnapshot) -> Iterator[FileDifference]:
 def _measure_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     """Simulate the champion again, and compare its measures with the stored ones.
 
-    After a process was killed, they may be those of an earlier champion.
+    After a process was killed, they may be those of an earlier champion, or of a later one whose
+    generation is lost; the latter are not used.
     """
-    if run.warning or not os.path.lexists(run.path / MEASURES):
+    if not os.path.lexists(run.path / MEASURES):
         return
     stored = read_measured(run.path)
+    if stored is None or stored.generation < 1:
+        yield FileDifference(MEASURES, "is damaged")
     if stored is None or not 1 <= stored.generation <= run.generation:
-        yield FileDifference(MEASURES, "is damaged, or of a generation that the run does not have")
         return
     now = Measured.of(run.individual(stored.generation))
     if repr(stored) != repr(now):  # NaN equals NaN

@@ -171,7 +171,7 @@ class RunWriter:
                 raise
         champion = self._champion
         if error is None and champion is not None:
-            with suppress(GaitsimError):  # the run is complete; whoever shows it simulates again
+            with suppress(GaitsimError):  # the run is complete; commands then simulate it
                 write_measured(self.path, champion)
 
     @property

@@ -47,7 +47,7 @@ def test_a_champion_whose_measures_are_stored_is_not_simulated_again(run, monkey
 @pytest.mark.parametrize(
     "change",
     [
-        lambda content: content | {"generation": 99},
+        lambda content: content | {"generation": 0},
         lambda content: content | {"score": content["score"] + 1},
         lambda content: content | {"warnings": ["It chatters."]},
         lambda content: content | {"measures": {}},

@@ -111,6 +111,8 @@ def draw(
     size: tuple[int, int] = (1280, 720),
     view: str = "iso",
     theme: str = "light",
+    title: str = "",
+    details: str = "",
 ) -> Picture:
     """Return a still of one body, for example for documentation.
 
@@ -120,5 +122,7 @@ def draw(
         size: width and height, pixels.
         view: name of a view in `VIEWS`.
         theme: name of a theme in `THEMES`.
+        title: first line of text.
+        details: second line of text.
     """
-    return Scene([Clip(skeleton)], size, view, theme).draw(seconds)
+    return Scene([Clip(skeleton, title, details)], size, view, theme).draw(seconds)
