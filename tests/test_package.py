@@ -211,6 +211,5 @@ def test_the_wheel_alone_runs_the_commands_of_the_readme(installed: Path, tmp_pa
         ["resume", "spider", "--generations", "3", "--workers", "1"],
         ["runs"],
         ["experiments", "list"],
-        ["plugins", "new", "hopper"],
     ):
         program(*arguments)
