@@ -114,7 +114,7 @@ class Verdict(ReprMixin):
     """The result of verifying a run, a study, a comparison or an adaptation.
 
     Attributes:
-        kind: 'run', 'study', 'comparison', 'adaptation' or 'adaptation report'.
+        kind: 'run', 'study', 'comparison' or 'adaptation'.
         parts: the parts that can be repeated, and how, such as 'generations evolved'.
         total: number of these parts.
         again: numbers of the parts that were repeated.
