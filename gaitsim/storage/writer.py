@@ -169,10 +169,11 @@ class RunWriter:
         except RunError:
             if error is None:  # otherwise, the first error says why the run ends
                 raise
-        champion = self._champion
-        if error is None and champion is not None:
+        if error is None:
             with suppress(GaitsimError):  # the run is complete; commands then simulate it
-                write_measured(self.path, champion)
+                champion = self._champion
+                if champion is not None:
+                    write_measured(self.path, champion)
 
     @property
     def _champion(self) -> Individual | None:
