@@ -14,6 +14,7 @@ against mpmath, in units in the last place (ulp); zeros, infinities and NaN foll
 """
 
 import math
+from collections import Counter
 from functools import cache
 from typing import Any
 
@@ -23,6 +24,11 @@ from numpy.typing import ArrayLike, NDArray
 from gaitsim.portable import scalar
 
 Floats = NDArray[np.float64]
+
+FEW = 1000
+"""How many numbers a function maps in plain Python, at 5 to 50 µs each, before it is compiled, which
+takes up to half a second on a new machine. The bits are the same."""
+_counts: Counter[str] = Counter()
 
 
 def exp(x: ArrayLike) -> Floats:
@@ -228,14 +234,20 @@ def _mapped(name: str, *arguments: ArrayLike) -> Floats:
         with np.errstate(all="ignore"):
             number: Any = np.float64(getattr(scalar, name)(*map(float, arrays)))
         return np.asarray(number)[()]
-    from gaitsim.portable.compiled import loop
-
     # The result has the memory layout of NumPy's, since the order of sums over it depends on that.
     # `itviews` are the arrays broadcast, in the order of that layout.
     flags: Any = [["readonly"]] * len(arrays) + [["writeonly", "allocate"]]
     iterator = np.nditer([*arrays, None], ["zerosize_ok"], flags)
     *inputs, flat = iterator.itviews
-    loop(name)(*(np.ascontiguousarray(one).reshape(-1) for one in inputs), flat.reshape(-1))
+    parts = [np.ascontiguousarray(one).reshape(-1) for one in inputs]
+    _counts[name] += flat.size
+    if _counts[name] > FEW:
+        from gaitsim.portable.compiled import loop
+
+        loop(name)(*parts, flat.reshape(-1))
+    else:
+        with np.errstate(all="ignore"):
+            flat[...] = np.reshape([*map(getattr(scalar, name), *(part.tolist() for part in parts))], flat.shape)
     out: Floats = iterator.operands[-1]
     return out
 

@@ -13,6 +13,15 @@ from gaitsim.portable import scalar
 __all__ = ["exp", "log", "loop", "scalar", "sin_and_cos", "tanh"]
 
 
+PART = {
+    "forceinline": True,
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+"""Options of a function that only compiled code calls. With others, its parts compile again."""
+
+
 def _instructions(function: Any, typing: Any) -> Callable[[Callable[..., Any]], Any]:
     """Return a decorator of a generator of instructions that stand for a function.
 
@@ -50,11 +59,11 @@ for _function in vars(scalar).copy().values():
     _own = callable(_function) and _function.__module__ == scalar.__name__
     if _own and _function.__name__ not in globals():
         # Inlined, so that loops over them vectorise: 3 ns a sine, not 20 ns.
-        register_jitable(forceinline=True, error_model="numpy")(_function)
+        register_jitable(**PART)(_function)
 
-# For other compiled code. The options are those above; with others, all their parts compile again.
+# For other compiled code.
 exp, log, sin_and_cos, tanh = (
-    njit(forceinline=True, error_model="numpy")(getattr(scalar, name))
+    njit(**PART)(getattr(scalar, name))
     for name in ("exp", "log", "sin_and_cos", "tanh")
 )
 
