@@ -28,4 +28,4 @@ def shorten(texts: Sequence[str], most: int = 4) -> str:
 
 def format_names(names: Sequence[str], most: int = 4) -> str:
     """Return the first names in quotes, and the number of the others."""
-    return shorten([repr(name) for name in names], most)
+    return shorten([repr(f"{name[:59]}…" if len(name) > 60 else name) for name in names], most)

@@ -1,6 +1,8 @@
 """Convert a robot's file into the robot's text, in a child process."""
 
-from collections.abc import Sequence
+import re
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -71,6 +73,20 @@ def convert(
     return {
         "name": robot.name,
         "text": text,
-        "repairs": list(dict.fromkeys(robot.repairs)),
+        "repairs": _fold(dict.fromkeys(robot.repairs)),
         "warnings": robot.warnings,
     }
+
+
+def _fold(lines: Iterable[str], most: int = 4) -> list[str]:
+    """Replace all lines but the first of those that differ only in names, if there are many."""
+    alike = defaultdict(list)
+    for line in lines:
+        alike[re.sub(r"'[^']*'|\"[^\"]*\"", "…", line)].append(line)
+    return [
+        line
+        for group in alike.values()
+        for line in (
+            group if len(group) <= most else [f"{group[0]}; and {len(group) - 1} more like this"]
+        )
+    ]

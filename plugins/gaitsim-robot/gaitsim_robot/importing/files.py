@@ -2,13 +2,16 @@
 
 import os
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections import defaultdict, deque
+from collections.abc import Callable, Collection, Iterator, Sequence
+from functools import cached_property
+from itertools import islice
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TypeVar
 from urllib.parse import unquote
 
 from gaitsim.plugin import read_regular
-from gaitsim_robot.errors import RobotError, format_names
+from gaitsim_robot.errors import RobotError, format_names, shorten
 from gaitsim_robot.markup import mistaken_file, parse
 
 T = TypeVar("T")
@@ -16,6 +19,9 @@ T = TypeVar("T")
 MODEL_BYTES = 16 * 2**20
 MESH_BYTES = 64 * 2**20
 ALL_BYTES = 512 * 2**20
+ENTRIES = 20_000  # of all folders searched for meshes, which takes at most 1 s
+CROWD = 4000  # entries of one folder, above which it is not searched
+DEPTH = 8  # nested folders that are searched, and last parts of a path that are compared
 
 # Folders for robots within a package; the meshes are in folders next to them.
 _INNER = frozenset({"urdf", "robots", "mjcf", "xml"})
@@ -35,7 +41,12 @@ class RobotFiles:
     a folder within them. A name `package://NAME/…` may also refer to a file in a package NAME
     farther above, which allows no other file there.
 
+    A mesh that is not where its name says is the file in the base or the roots whose path has the
+    longest end in common with the name, whatever the case of letters. It is not used if several
+    files fit equally well, or if the common end also fits another mesh of the robot.
+
     Attributes:
+        names: names of all meshes in the robot's file.
         missing: reasons why meshes cannot be used, by the names of their files.
     """
 
@@ -52,6 +63,9 @@ class RobotFiles:
         self._roots = {root.resolve(): _package_name(root) for root in roots}
         self._left = ALL_BYTES
         self._unknown: set[str] = set()
+        self._found: dict[str, Path] = {}
+        self._hints: set[str] = set()
+        self.names: Collection[str] = ()
         self.missing: dict[str, str] = {}
 
     def find(self, name: str, folders: Sequence[str] = ("",)) -> Path | None:
@@ -73,8 +87,9 @@ class RobotFiles:
                     continue
             except (OSError, RuntimeError, ValueError):  # an invalid name, or a loop of links
                 continue
-            own = [folder] * (self._packages.get(folder) == package)
-            if any(path.is_relative_to(one) for one in (self._base, *self._roots, *own)):
+            if self._allows(path) or (
+                self._packages.get(folder) == package and path.is_relative_to(folder)
+            ):
                 return path
             outside = outside or (path, folder)
         if outside is None:
@@ -102,10 +117,8 @@ class RobotFiles:
             folders: bases of relative paths, relative to the robot's file.
             decode: function of the file's content and suffix in lower case.
         """
-        path = self.find(name, folders)
         try:
-            if path is None:
-                raise MeshError("not found")
+            path = self.find(name, folders) or self._find_by_end(name)
             data = self.read(path)
             if other := mistaken_file(data):
                 raise MeshError(f"it is {other[0]}: {other[1]}")
@@ -115,17 +128,26 @@ class RobotFiles:
             return None
 
     def describe_missing(self) -> list[str]:
-        """Return repairs that say which meshes are missing, and which packages are not known."""
-        found = []
-        if self.missing:
-            reasons = sorted(f"{name} ({reason})" for name, reason in self.missing.items())
-            found.append(f"meshes not used: {', '.join(reasons)}")
+        """Return repairs: meshes found elsewhere, missing meshes, and unknown packages."""
+        lines = []
+        if self._found:
+            name, path = next(iter(self._found.items()))
+            lines.append(
+                f"meshes found by the end of their paths: {len(self._found)}, such as "
+                f"{name[-80:]!r} at {self._short(path)}"
+            )
+        reasons = defaultdict(list)
+        for name, reason in sorted(self.missing.items()):
+            reasons[reason].append(name)
+        if reasons:
+            groups = [f"{shorten(names, 8)} ({reason})" for reason, names in reasons.items()]
+            lines.append("; ".join([f"meshes not used: {shorten(groups)}", *sorted(self._hints)]))
         if self._unknown:
-            found.append(
+            lines.append(
                 f"packages not found: {format_names(sorted(self._unknown))}; no folder above the "
                 "robot's file contains a package.xml with the name; name the folder with --root"
             )
-        return found
+        return lines
 
     def read(self, path: Path, largest: int = MESH_BYTES) -> bytes:
         """Return the content of a file."""
@@ -143,9 +165,87 @@ class RobotFiles:
             if package in (above.name, self._packages.get(above)):
                 yield above
         yield self._base
+
+    def _note_package(self, name: str) -> None:
+        """Record the package of a missing mesh if there is no folder for it."""
+        package, rest = _split(name) or ("", "")
         found = {self._base.name, *self._packages.values(), *self._roots.values()}
-        if package not in found | {root.name for root in self._roots}:
+        if package and rest and package not in found | {root.name for root in self._roots}:
             self._unknown.add(package[:60])
+
+    def _allows(self, path: Path) -> bool:
+        return any(path.is_relative_to(one) for one in (self._base, *self._roots))
+
+    def _short(self, path: Path) -> str:
+        return os.path.relpath(path, self.folder) if path.is_relative_to(self._base) else str(path)
+
+    def _find_by_end(self, name: str) -> Path:
+        """Return the file whose path ends like a name; raise an error if there is not just one."""
+        parts, written = _parts(name), unquote(name.replace("\\", "/"))
+        for length in range(len(parts), 0, -1):
+            end = parts[-length:]
+            if length < len(parts) and self._folders_before.get(end) == "":
+                break
+            ranks = {
+                path: (
+                    path.parents[length - 1] in (self.folder, self._base),
+                    written.endswith("/".join(path.parts[-length:])),
+                )
+                for path in self._ends.get(end, ())
+            }
+            best = [path for path, rank in ranks.items() if rank == max(ranks.values())]
+            if len(best) > 1:
+                self._hints.add("to decide, write the path from the robot's file, or remove files")
+                both = shorten([self._short(path) for path in best], 2)
+                raise MeshError(f"{both} fit equally well")
+            if best and self._allows(best[0].resolve()):
+                self._found[name] = best[0]
+                return best[0].resolve()
+        self._note_package(name)
+        raise MeshError("not found")
+
+    @cached_property
+    def _folders_before(self) -> dict[tuple[str, ...], str]:
+        """The folder before each end of the robot's names; '' where they have several."""
+        folders: dict[tuple[str, ...], str] = {}
+        for parts in map(_parts, self.names):
+            for length in range(1, len(parts)):
+                end, folder = parts[-length:], parts[-length - 1]
+                if folders.setdefault(end, folder) != folder:
+                    folders[end] = ""
+        return folders
+
+    @cached_property
+    def _ends(self) -> dict[tuple[str, ...], list[Path]]:
+        """Files with the names of meshes in the base and the roots, by each end of their paths.
+
+        Links are not followed. Nearer folders come first, each wholly or not at all, so that the
+        limits do not make the result depend on the order in the file system.
+        """
+        ends = defaultdict(list)
+        wanted = {_parts(name)[-1:] for name in self.names}
+        pending = deque((str(folder), 0) for folder in (self._base, *self._roots))
+        left = ENTRIES
+        while pending:
+            folder, depth = pending.popleft()
+            try:
+                with os.scandir(folder) as listing:
+                    found = sorted(islice(listing, CROWD + 1), key=lambda entry: entry.name)
+                left -= len(found)
+                if len(found) > CROWD or left < 0:
+                    self._hints.add("folders with too many files were not searched")
+                    found, pending = [], pending if left > 0 else deque()
+                for entry in found:
+                    if entry.is_dir(follow_symlinks=False):
+                        if depth < DEPTH and not entry.name.startswith("."):
+                            pending.append((entry.path, depth + 1))
+                    elif entry.is_file(follow_symlinks=False) and _parts(entry.name) in wanted:
+                        parts = _parts(entry.path)
+                        for length in range(1, len(parts) + 1):
+                            ends[parts[-length:]].append(Path(entry.path))
+            except OSError:
+                continue
+        return ends
 
 
 def _split(name: str) -> tuple[str, str] | None:
@@ -159,6 +259,13 @@ def _split(name: str) -> tuple[str, str] | None:
     package, _, rest = rest.lstrip("/").partition("/")
     found = package, _posix(rest)
     return found if scheme in ("package", "model") and package.strip(".") else None
+
+
+def _parts(name: str) -> tuple[str, ...]:
+    """Return the last parts of a path or URI, to compare: decoded, and in lower case."""
+    path = re.sub(r"^\s*\w+:", "", name[-4096:])
+    parts = (unquote(part).strip().casefold() for part in re.split(r"[\\/]", path))
+    return tuple(part for part in parts if part.strip("."))[-DEPTH:]
 
 
 def _posix(path: str) -> str:

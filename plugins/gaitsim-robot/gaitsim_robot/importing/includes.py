@@ -100,6 +100,7 @@ def resolve_files(
     """
     _drop_unsupported(root, where, repairs)
     strip, folder = _compiler(root)
+    files.names = {mesh.get("file", "") for mesh in root.iter("mesh")}
     loaded: dict[str, bytes] = {}
     missing: set[str] = set()
     for mesh in root.iter("mesh"):

@@ -30,14 +30,21 @@ _KINDS = {
 
 def read_urdf(root: Element, files: RobotFiles, where: str) -> RobotTree:
     """Return the robot of a URDF document."""
-    _check_expanded(root, where)
-    return _UrdfReader(root, files, where).robot()
+    unused = _check_expanded(root, where)
+    files.names = {mesh.get("filename", "") for mesh in root.iter("mesh")}
+    robot = _UrdfReader(root, files, where).robot()
+    report(robot.repairs, "unused properties of xacro ignored", unused)
+    return robot
 
 
-def _check_expanded(root: Element, where: str) -> None:
-    """Check that a document is URDF rather than a xacro file, which contains macros."""
+def _check_expanded(root: Element, where: str) -> list[str]:
+    """Check that a document is URDF rather than a xacro file, which contains macros.
+
+    Returns:
+        The names of properties that are left over from an expanded xacro file, now removed.
+    """
     for element in root.iter():
-        macro = element.tag.startswith("xacro:")
+        macro = element.tag.startswith("xacro:") and element.tag != _PROPERTY
         formula = next((value for value in element.attrib.values() if "${" in value), "")
         if macro or formula:
             found = f"a formula {formula[:60]!r}" if formula else f"<{element.tag[:60]}>"
@@ -46,6 +53,13 @@ def _check_expanded(root: Element, where: str) -> None:
                 where=where,
                 remedy=EXPAND,
             )
+    unused = [one.get("name", "") for one in root.iter(_PROPERTY)]
+    for parent in list(root.iter()) if unused else ():
+        parent[:] = [child for child in parent if child.tag != _PROPERTY]
+    return unused
+
+
+_PROPERTY = "xacro:property"
 
 
 class _UrdfReader:
