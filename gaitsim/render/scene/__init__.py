@@ -96,7 +96,8 @@ class Scene:
         self._renderer.restore_region(self._background)
         # In the order in which the figure would draw them.
         for artist in sorted(self._artists, key=lambda artist: artist.zorder):
-            artist.draw(self._renderer)
+            if not hasattr(artist, "get_paths") or artist.get_paths():  # an empty one takes 0.3 ms
+                artist.draw(self._renderer)
         picture = np.array(self._renderer.buffer_rgba())
         for place, ink, clear in self._still:
             part = picture[place][..., :3]

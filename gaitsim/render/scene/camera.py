@@ -37,10 +37,11 @@ class Camera:
 
     def project(self, points: Points) -> tuple[Points, Points]:
         """Project points (…, 3) to pixels (…, 2) and depths (…), m; near depths are clamped."""
-        seen = points - self.target
-        depth = np.maximum(seen @ self.ahead + self.distance, NEAR * self.distance)
-        flat = np.stack([seen @ self.right, seen @ self.up], axis=-1)
-        return self.centre + flat * (self.scale * self.distance / depth)[..., None], depth
+        axes = np.array([self.right, self.up, self.ahead]).T
+        seen = ((points - self.target).reshape(-1, 3) @ axes).reshape(points.shape)
+        depth = np.maximum(seen[..., 2] + self.distance, NEAR * self.distance)
+        scale = self.scale * self.distance / depth
+        return self.centre + seen[..., :2] * scale[..., None], depth
 
     def scale_at(self, depth: Points) -> Points:
         """Return the pixels per metre at a depth."""

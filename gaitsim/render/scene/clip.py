@@ -152,7 +152,9 @@ class Clip:
             height = ground.height(points)
         else:
             height = np.zeros(1) if ground is None else np.interp(points[..., 0], *ground.T)
-        return np.stack(np.broadcast_arrays(points[..., 0], points[..., 1], height), axis=-1)
+        placed = np.array(points, dtype=np.float64)
+        placed[..., 2] = height
+        return placed
 
     @cached_property
     def corners(self) -> tuple[Points, Points]:

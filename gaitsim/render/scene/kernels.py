@@ -112,35 +112,43 @@ def _round(
     inverse, half = pieces.inverses[one], pieces.halves[one]
     eye, slopes, square, c = _outline(frame, inverse, pieces.centres[one])
     top, bottom, left, right = _bounds(samples, pieces.spans[one], drawn)
+    curved, share = square[0, 0], 1 / (c if c else 1e-12)
+    above, below = half - eye[2], half + eye[2]
+    at_above, at_below = 1 / (above if above else 1e-12), -1 / (below if below else 1e-12)
     for row in range(bottom, top):
         middle = square[0, 1] * row + square[0, 2]
         constant = square[1, 1] * row * row + 2 * square[1, 2] * row + square[2, 2]
-        first, last = _between_roots(square[0, 0], middle, constant, left, right)
+        slope = slopes[1] * row + slopes[2]
+        first, last = _between_roots(curved, middle, constant, left, right)
         for column in range(first, last):
-            seen = square[0, 0] * column * column + 2 * middle * column + constant
+            seen = curved * column * column + 2 * middle * column + constant
             if seen <= 0:
                 continue
-            root = np.sqrt(seen)
-            b = slopes[0] * column + slopes[1] * row + slopes[2]
-            nearness, back, end = (root - b) / c if c > 0 else np.inf, 0.0, 0
+            root, b = np.sqrt(seen), slopes[0] * column + slope
+            nearness = (root - b) * share if c > 0 else np.inf
+            hidden, end = drawn.nearness[row, column] * (1 + BIAS), 0
+            if nearness <= hidden:  # the ends only cut away
+                continue
             if half < np.inf:
                 along = frame[1, 2] * column + frame[2, 2] * row + frame[3, 2]
-                back = -(b + root) / (c if c else 1e-12)
-                for side in (1, -1):
-                    room = half - side * eye[2]
-                    plane = side * along / (room if room else 1e-12)
-                    if room >= 0:
-                        back = max(back, plane)
-                    elif plane < nearness:
-                        nearness, end = plane, side
-            if nearness >= back and nearness > drawn.nearness[row, column] * (1 + BIAS):
-                if end and creased:
-                    shine = end * frame[4, 2]
-                else:
-                    shine = _shine(frame, eye, inverse, column, row, nearness)
-                drawn.nearness[row, column] = nearness
-                drawn.paint[row, column] = paint + _shade(shine)
-                drawn.piece[row, column] = piece + (end % 3 if creased else 0)
+                back = max(-(b + root) * share, 0.0)
+                if above >= 0:
+                    back = max(back, along * at_above)
+                elif along * at_above < nearness:
+                    nearness, end = along * at_above, 1
+                if below >= 0:
+                    back = max(back, along * at_below)
+                elif along * at_below < nearness:
+                    nearness, end = along * at_below, -1
+                if nearness < back or nearness <= hidden:
+                    continue
+            if end and creased:
+                shine = end * frame[4, 2]
+            else:
+                shine = _shine(frame, eye, inverse, column, row, 1 / nearness)
+            drawn.nearness[row, column] = nearness
+            drawn.paint[row, column] = paint + _shade(shine)
+            drawn.piece[row, column] = piece + (end % 3 if creased else 0)
 
 
 @njit(error_model="numpy")
@@ -180,13 +188,13 @@ def _between_roots(
 
 @njit(error_model="numpy")
 def _shine(
-    frame: Floats, eye: Floats, inverse: Floats, column: int, row: int, nearness: float
+    frame: Floats, eye: Floats, inverse: Floats, column: int, row: int, depth: float
 ) -> float:
     """Return the cosine of the angle between a quadric's normal and the light."""
     along, length = 0.0, 0.0
     for i in range(3):
         ray = frame[1, i] * column + frame[2, i] * row + frame[3, i]
-        normal = (eye[i] + ray / nearness) * inverse[i] * inverse[i]
+        normal = (eye[i] + ray * depth) * inverse[i] * inverse[i]
         along += normal * frame[4, i]
         length += normal * normal
     return float(along / np.sqrt(length))
@@ -209,21 +217,37 @@ def _bounds(samples: Floats, span: Any, drawn: Drawn) -> tuple[int, int, int, in
     )
 
 
+@njit(error_model="numpy")
+def _is_empty(drawn: Drawn, y: int, x: int, width: int) -> bool:
+    """Return whether a pixel's samples and those above and beside it show the background."""
+    rows, columns = drawn.piece.shape
+    high, right = min(y + width, rows - FINE), min(x + width, columns - FINE)
+    every = 0
+    for up in range(FINE):
+        for along in range(FINE):
+            every |= drawn.piece[y + up, x + along]
+            every |= drawn.piece[high + up, x + along] | drawn.piece[y + up, right + along]
+    return not every
+
+
 @njit(nogil=True, cache=True, error_model="numpy")
 def blend(
-    drawn: Drawn, colours: NDArray[np.float32], width: int, pixels: NDArray[np.uint8]
+    drawn: Drawn, colours: NDArray[np.float32], width: int, picture: NDArray[np.uint8]
 ) -> None:
-    """Turn samples into pixels, with outlines.
+    """Draw samples over a picture, with outlines.
 
     Args:
         drawn: the visible surfaces.
         colours: colours of each solid's shades, 0 to 255, (solids × `SHADES`, 3).
         width: width of outlines, samples.
-        pixels: the result: red, green, blue and opacity, (rows, columns, 4).
+        picture: red, green, blue and opacity, from the top row down, which are changed.
     """
     rows, columns = drawn.piece.shape
-    for row in range(pixels.shape[0]):
-        for column in range(pixels.shape[1]):
+    for row in range(rows // FINE):
+        line = picture[picture.shape[0] - 1 - drawn.bottom - row]
+        for column in range(columns // FINE):
+            if _is_empty(drawn, FINE * row, FINE * column, width):
+                continue
             red, green, blue, count = np.float32(0), np.float32(0), np.float32(0), 0
             for y in range(FINE * row, FINE * row + FINE):
                 for x in range(FINE * column, FINE * column + FINE):
@@ -244,10 +268,13 @@ def blend(
                         blue += colours[outline - SHADES, 2]
                         count += 1
             if count:
-                pixels[row, column, 0] = np.uint8(red / count + np.float32(0.5))
-                pixels[row, column, 1] = np.uint8(green / count + np.float32(0.5))
-                pixels[row, column, 2] = np.uint8(blue / count + np.float32(0.5))
-                pixels[row, column, 3] = np.uint8(255 * count // FINE**2)
+                pixel, opacity = line[drawn.left + column], 255 * count // FINE**2
+                for i, total in ((0, red), (1, green), (2, blue)):
+                    own, under = int(total / count + np.float32(0.5)), 255 * int(pixel[i])
+                    if count < FINE**2:  # as Matplotlib mixes colours
+                        mixed = (256 * own - under) * opacity + 256 * under
+                        own = mixed // (65280 + opacity)
+                    pixel[i] = np.uint8(own)
 
 
 @njit(nogil=True, cache=True, error_model="numpy")

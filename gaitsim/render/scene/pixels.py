@@ -11,8 +11,8 @@ from gaitsim.render.scene.bodies import EDGE, FOG, LIGHT
 from gaitsim.render.scene.camera import Camera, Points
 from gaitsim.render.scene.clip import Clip, Pose
 from gaitsim.render.scene.ground import SHADES
-from gaitsim.render.scene.raster import raster, shades_of, to_pixels
-from gaitsim.render.scene.solids import FINE, outline
+from gaitsim.render.scene.raster import raster, shades_of
+from gaitsim.render.scene.solids import FINE, Drawn, outlines
 from gaitsim.render.scene.themes import Colour, SceneTheme, mix, rgb
 
 
@@ -108,7 +108,7 @@ class Pixels(Artist):
         self._usual[:, self._damaged] = np.stack(damaged)[:, None]
         self._marked = np.array(marked).reshape(-1, 2, 3).swapaxes(0, 1)
         self._feet = [np.flatnonzero(np.equal(names, names[solid])) for solid in clip.foot_solids]
-        self._image: tuple[int, int, Any] | None = None
+        self._image: tuple[Drawn, NDArray[np.float32]] | None = None
 
     def show(self, camera: Camera, pose: Pose) -> None:
         """Move the solids to a pose."""
@@ -125,19 +125,21 @@ class Pixels(Artist):
             colours[:, self._feet[foot]] = self._marked[:, foot, None]
         colours[:, self._damaged] = self._usual[:, self._damaged]
         dark, bright, ink = (mix(one, self._ground, fog) for one in (*colours, self._ink))
-        pixels = to_pixels(drawn, shades_of(dark, bright, ink), self._width)
-        self._image = drawn.left, drawn.bottom, pixels
+        shades = 255 * shades_of(dark, bright, ink).reshape(-1, 3)
+        self._image = drawn, shades.astype(np.float32)
 
-    def shadow(self, camera: Camera, pose: Pose) -> list[Points]:
+    def shadow(self, camera: Camera, pose: Pose) -> Points:
         """Return the outlines of the shadow of each solid under light from above."""
         surfaces = self._clip.surfaces
         flat, _ = camera.project(self._clip.on_ground(surfaces.points_at(pose.solids)))
-        return [outline(flat[surfaces.owner == i]) for i in range(len(surfaces.each))]
+        return outlines(flat, surfaces.starts)
 
     def draw(self, renderer: Any) -> None:
         """Draw the image."""
+        from gaitsim.render.scene.kernels import blend
+
         if self._image:
-            renderer.draw_image(renderer.new_gc(), *self._image)
+            blend(*self._image, self._width, np.asarray(renderer.buffer_rgba()))
 
 
 def _tint(limb: tuple[Colour, Colour], colour: Colour, share: float) -> tuple[Colour, Colour]:

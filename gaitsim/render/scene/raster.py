@@ -69,25 +69,6 @@ def raster(
     return drawn
 
 
-def to_pixels(drawn: Drawn, colours: Points, width: int) -> NDArray[np.uint8]:
-    """Return the pixels of visible surfaces, with outlines.
-
-    Args:
-        drawn: the visible surfaces.
-        colours: colours of each solid's shades, 0 to 1, (solids, `SHADES`, 3).
-        width: width of outlines, samples.
-
-    Returns:
-        Red, green, blue and opacity, from the lowest row up, (rows, columns, 4).
-    """
-    from gaitsim.render.scene.kernels import blend
-
-    rows, columns = drawn.piece.shape
-    pixels = np.zeros((rows // FINE, columns // FINE, 4), dtype=np.uint8)
-    blend(drawn, (255 * colours.reshape(-1, 3)).astype(np.float32), width, pixels)
-    return pixels
-
-
 def shades_of(dark: Points, light: Points, ink: Points) -> Points:
     """Return the colours of solids, (solids, `SHADES`, 3): the outline, then dark to light."""
     share = np.linspace(0, 1, SHADES - 1)[:, None]

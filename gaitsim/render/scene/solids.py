@@ -5,6 +5,7 @@ The surfaces are polygons of boxes and meshes, and quadrics of round shapes.
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -69,13 +70,21 @@ def hull(points: Points) -> Points:
     return corners if len(corners) > 2 else points[:0]
 
 
-def outline(points: Points) -> Points:
-    """Return an approximate convex hull of (points, 2): the farthest points in 24 directions.
+def outlines(points: Points, starts: NDArray[np.intp]) -> Points:
+    """Return approximate convex hulls of groups of points: the farthest in 24 directions.
 
     For the 160 points of a capsule it takes a tenth of the time of `hull`.
+
+    Args:
+        points: points of all groups, (points, 2).
+        starts: index of each group's first point, and the number of points, (groups + 1,).
+
+    Returns:
+        The outlines, (groups, corners, 2).
     """
-    directions = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)])
-    return np.asarray(points[(points @ directions).argmax(axis=0)])
+    away = points @ np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)])
+    farthest = [first + away[first:end].argmax(axis=0) for first, end in pairwise(starts)]
+    return np.asarray(points[np.array(farthest)])
 
 
 def hull_faces(points: Points) -> list[NDArray[np.intp]]:
@@ -223,19 +232,20 @@ class Surfaces:
         each: surface of each solid.
         points: points of all surfaces, solid by solid, in the frame of the solid, (points, 3) m.
         owner: index of the solid of each point, (points,).
+        starts: index of each solid's first point, and the number of points, (solids + 1,).
     """
 
     def __init__(self, solids: Sequence[Solid]) -> None:
         self.each = [surface(solid) for solid in solids]
         counts = [len(one.points) for one in self.each]
+        self.starts: NDArray[np.intp] = np.cumsum([0, *counts])
         self.points = np.concatenate([np.empty((0, 3)), *(one.points for one in self.each)])
         self.owner: NDArray[np.intp] = np.repeat(np.arange(len(counts)), counts)
 
     @cached_property
     def pieces(self) -> Pieces:
         """The faces and round pieces of all solids."""
-        starts = np.cumsum([0, *(len(one.points) for one in self.each)]).tolist()
-        numbered = list(zip(starts, self.each, strict=False))
+        numbered = list(zip(self.starts.tolist(), self.each, strict=False))
         faces = [start + face for start, one in numbered for face in one.faces]
         rounds = [piece for one in self.each for piece in one.rounds]
         spans = [
@@ -259,10 +269,12 @@ class Surfaces:
 
     def points_at(self, poses: Points) -> Points:
         """Return the points (…, points, 3) in the world at poses (…, solids, 7), m."""
-        turned = np.einsum(
-            "...pij,pj->...pi", rotations(poses[..., 3:])[..., self.owner, :, :], self.points
-        )
-        return np.asarray(turned + poses[..., self.owner, :3])
+        turns = rotations(poses[..., 3:]).swapaxes(-1, -2)
+        placed = [
+            one.points @ turns[..., solid, :, :] + poses[..., solid, None, :3]
+            for solid, one in enumerate(self.each)
+        ]
+        return np.concatenate([np.empty((*poses.shape[:-2], 0, 3)), *placed], axis=-2)
 
 
 def rotations(quaternions: Points) -> Points:
@@ -273,7 +285,7 @@ def rotations(quaternions: Points) -> Points:
         [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
         [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
     ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
 
 
 def interpolate_poses(one: Points, other: Points, share: float) -> Points:

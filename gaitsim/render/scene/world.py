@@ -160,7 +160,7 @@ class Runner:
         support = clip.on_ground(np.pad(hull(standing[:, :2]), ((0, 0), (0, 1))))
         self.support.set_verts([camera.project(support)[0]])
         size = clip.mark
-        self.stance.set_verts(list(camera.project(clip.on_ground(discs(standing, size)))[0]))
+        self.stance.set_verts(camera.project(clip.on_ground(discs(standing, size)))[0])
         self.stance.set_facecolors(self._feet[touching])
         swings = ~touching & ~self._lost
         swinging, depth = camera.project(pose.contacts[swings])
