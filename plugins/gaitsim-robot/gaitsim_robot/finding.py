@@ -47,8 +47,9 @@ def find_anatomy(
     """Find the legs, feet and standing pose of a robot.
 
     The legs are the limbs that reach lowest. The standing pose is the keyframe `stand`, or the
-    pose at zero if the robot stands in it. Otherwise it is a pose with bent knees and the feet
-    below the hips or, for sprawling legs, out to the sides.
+    pose at zero if the robot stands in it on bent legs. Otherwise it is a pose with bent knees and
+    the feet below the hips or, for sprawling legs, out to the sides; if there is none, it is the
+    pose at zero.
 
     Args:
         model: `mujoco.MjModel` of the robot's text.
@@ -236,7 +237,13 @@ class Finder:
                 key="stance",
                 remedy="change the pose, or omit it so that gaitsim finds one",
             )
-        found, why = stand.search(rest)
+        straight = not self.given and not stand.problem(rest, bent=False)
+        found, why = stand.search(rest) if stand.can_bend() or not straight else (None, "")
+        if found is None and straight:
+            note = "no standing pose with bent legs was found: the legs are as in the pose at zero"
+            return stand.on_ground(rest), (note,)
+        if found is None and stand.images:
+            found, _ = stand.without_mirroring().search(rest)
         if found is None:
             raise GaitsimError(
                 f"the robot has no standing pose: {why}",
@@ -350,13 +357,14 @@ def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
     """Return the index of the leg that mirrors each leg on the other side, or -1."""
     partners = []
     for index, limb in enumerate(limbs):
-        image = limb.hip * [1, -1, 1]
+        image = limb.hip * [1, -1, 1] + [0, 2 * middle, 0]
         near = [
             float(np.linalg.norm(other.hip - image))
             if sides[index] != sides[at] and len(other.joints) == len(limb.joints)
             else np.inf
             for at, other in enumerate(limbs)
         ]
+    middle = float(np.mean([limb.hip[1] for limb in limbs]))
         best = int(np.argmin(near))
         partners.append(best if near[best] < ALIKE * limb.length else -1)
     return partners
