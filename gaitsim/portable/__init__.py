@@ -247,7 +247,9 @@ def _mapped(name: str, *arguments: ArrayLike) -> Floats:
         loop(name)(*parts, flat.reshape(-1))
     else:
         with np.errstate(all="ignore"):
-            flat[...] = np.reshape([*map(getattr(scalar, name), *(part.tolist() for part in parts))], flat.shape)
+            flat[...] = np.reshape(
+                [*map(getattr(scalar, name), *(part.tolist() for part in parts))], flat.shape
+            )
     out: Floats = iterator.operands[-1]
     return out
 

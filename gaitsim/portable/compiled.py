@@ -13,7 +13,7 @@ from gaitsim.portable import scalar
 __all__ = ["exp", "log", "loop", "scalar", "sin_and_cos", "tanh"]
 
 
-PART = {
+PART: dict[str, Any] = {
     "forceinline": True,
     "error_model": "numpy",
     "no_cpython_wrapper": True,
@@ -63,8 +63,7 @@ for _function in vars(scalar).copy().values():
 
 # For other compiled code.
 exp, log, sin_and_cos, tanh = (
-    njit(**PART)(getattr(scalar, name))
-    for name in ("exp", "log", "sin_and_cos", "tanh")
+    njit(**PART)(getattr(scalar, name)) for name in ("exp", "log", "sin_and_cos", "tanh")
 )
 
 

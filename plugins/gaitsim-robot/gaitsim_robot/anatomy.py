@@ -42,7 +42,8 @@ class Anatomy:
 
     Attributes:
         legs: the legs L1, R1, L2 …
-        held: names of joints outside the legs; their servos hold the standing pose.
+        held: names of driven joints outside the legs; their servos hold the standing pose.
+        passive: names of joints without a motor, in legs and outside.
         stance: standing pose of the whole robot on the ground z = 0, (nq,), facing along x. The
             trunk's quaternion is not the identity if the robot does not face along x in its file,
             or if y points up.
@@ -62,6 +63,7 @@ class Anatomy:
     trunk: float
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
+    passive: tuple[str, ...] = ()
 
     @property
     def joints(self) -> tuple[str, ...]:

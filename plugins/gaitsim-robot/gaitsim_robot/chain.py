@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim.plugin.toolkit import cos, matmul, norm, sin, solve
-from gaitsim_robot.anatomy import Anatomy, Floats
+from gaitsim_robot.anatomy import Floats
 
 ITERATIONS = 20
 PLANAR = 0.95  # smallest y component of all axes of a leg that moves only in the x-z plane
@@ -96,10 +96,10 @@ class Chain:
         diagonal = np.eye(joints)
         for _ in range(iterations):
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
-            error = np.concatenate([targets - tips, _turn(rotation, orientation)], axis=-1)
+            error = np.concatenate([targets - tips, turn_to(rotation, orientation)], axis=-1)
             error = (error * weights)[..., rows]
             slope = (_jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
-            downhill = _multiply(slope.swapaxes(-1, -2), error)
+            downhill = multiply(slope.swapaxes(-1, -2), error)
             stuck = ((angles <= self.lower) & (downhill < 0)) | (
                 (angles >= self.upper) & (downhill > 0)
             )
@@ -119,14 +119,14 @@ class Chain:
         shift = np.zeros((*shape, 3))
         anchors, axes = np.empty((*turned.shape, 3)), np.empty((*turned.shape, 3))
         for joint, (anchor, axis) in enumerate(zip(self.anchors, self.axes, strict=True)):
-            anchors[..., joint, :] = _multiply(rotation, anchor) + shift
-            axes[..., joint, :] = _multiply(rotation, axis)
-            cross = _cross_matrix(axis)
+            anchors[..., joint, :] = multiply(rotation, anchor) + shift
+            axes[..., joint, :] = multiply(rotation, axis)
+            cross = cross_matrix(axis)
             turn = np.eye(3) + sine[..., joint, None, None] * cross
             turn += versine[..., joint, None, None] * matmul(cross, cross)
             rotation = matmul(rotation, turn)
-            shift = anchors[..., joint, :] - _multiply(rotation, anchor)
-        return _multiply(rotation, self.tip) + shift, rotation, anchors, axes
+            shift = anchors[..., joint, :] - multiply(rotation, anchor)
+        return multiply(rotation, self.tip) + shift, rotation, anchors, axes
 
 
 def pose_data(model: Any, qpos: Floats) -> Any:
@@ -138,18 +138,6 @@ def pose_data(model: Any, qpos: Floats) -> Any:
     mujoco.mj_kinematics(model, data)
     mujoco.mj_comPos(model, data)
     return data
-
-
-def standing_chains(model: Any, anatomy: Anatomy) -> tuple[Chain, ...]:
-    """Return the chains of the legs in the standing pose, with their tips at the contacts."""
-    data = pose_data(model, anatomy.stance)
-    chains = []
-    for leg in anatomy.legs:
-        foot = model.body(leg.foot).id
-        tip = data.xpos[foot] + _multiply(data.xmat[foot].reshape(3, 3), np.asarray(leg.point))
-        joints = np.array([model.joint(name).id for name in leg.joints])
-        chains.append(leg_chain(model, data, joints, tip))
-    return tuple(chains)
 
 
 def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
@@ -170,12 +158,12 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
     )
 
 
-def _multiply(matrices: Floats, vectors: Floats) -> Floats:
+def multiply(matrices: Floats, vectors: Floats) -> Floats:
     """Return the products of matrices, (..., n, m), and vectors, (..., m)."""
     return matmul(matrices, vectors[..., None])[..., 0]
 
 
-def _cross_matrix(axis: Floats) -> Floats:
+def cross_matrix(axis: Floats) -> Floats:
     x, y, z = axis
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
 
@@ -183,20 +171,20 @@ def _cross_matrix(axis: Floats) -> Floats:
 def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
     """Return the derivatives of the tip, m/rad, then of its rotation, rad/rad, (..., 6, joints)."""
     lever = tips[..., None, :] - anchors
-    columns = np.concatenate([_cross(axes, lever), axes], axis=-1)
+    columns = np.concatenate([cross(axes, lever), axes], axis=-1)
     return columns.swapaxes(-1, -2)
 
 
-def _cross(a: Floats, b: Floats) -> Floats:
+def cross(a: Floats, b: Floats) -> Floats:
     product = np.empty(np.broadcast_shapes(a.shape, b.shape))
     for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         product[..., i] = a[..., j] * b[..., k] - a[..., k] * b[..., j]
     return product
 
 
-def _turn(rotation: Floats, orientation: Floats) -> Floats:
+def turn_to(rotation: Floats, orientation: Floats) -> Floats:
     """Return the first-order rotation vector from `rotation` to `orientation`, (..., 3) rad."""
     turn: Floats = np.zeros(rotation.shape[:-1])
     for column in range(3):
-        turn += _cross(rotation[..., column], orientation[:, column])
+        turn += cross(rotation[..., column], orientation[:, column])
     return turn / 2

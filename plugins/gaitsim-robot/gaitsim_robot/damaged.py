@@ -64,7 +64,8 @@ def apply_damage(
 def lost_bodies(model: Any, anatomy: Anatomy, damage: Sequence[Damage]) -> set[int]:
     """Return the indices of the bodies of lost legs."""
     lost = {one.part for one in damage if one.kind == "lost"}
-    bodies = {int(model.joint(leg.joints[0]).bodyid[0]) for leg in anatomy.legs if leg.name in lost}
+    legs = [leg for leg in anatomy.legs if leg.name in lost]
+    bodies = {int(model.joint(joint).bodyid[0]) for leg in legs for joint in leg.joints}
     for body in range(1, model.nbody):  # parents before children
         if int(model.body_parentid[body]) in bodies:
             bodies.add(body)

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin import SAMPLES, Genomes, Legs, Rhythm
+from gaitsim.plugin import SAMPLES, GaitsimError, Genomes, Legs, Rhythm
 from gaitsim.plugin.toolkit import (
     GeneGroup,
     Oscillators,
@@ -21,7 +21,8 @@ from gaitsim.plugin.toolkit import (
     split_genomes,
 )
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import Chain, standing_chains
+from gaitsim_robot.chain import Chain
+from gaitsim_robot.linkage import Linkage, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
 
 Symmetry = Literal["none", "alternating", "trot", "bound", "wave"]
@@ -244,7 +245,15 @@ class Encoding:
         """Return the gaits as rhythms, whose strokes commands and reflexes change.
 
         The feet of the encodings `sine` and `cpg` follow the paths of the full gait.
+
+        Raises:
+            GaitsimError: a leg is a closed linkage.
         """
+        if any(isinstance(chain, Linkage) for chain in self.chains):
+            raise GaitsimError(
+                "commands and reflexes cannot move legs with closed linkages or coupled joints",
+                remedy="evolve a gait without 'organism.reflexes' and 'organism.drive'",
+            )
         values, phase = self._decoded(genomes)
         walk = self._walk_steps if self.kind == "steps" else self._walk_oscillators
         duty, frequency, stroke, centre, path, offset = walk(values, phase)

@@ -20,6 +20,7 @@ from gaitsim_robot.facing import (
     side_of,
 )
 from gaitsim_robot.limbs import Limb, Tree, leg_order
+from gaitsim_robot.linkage import motors
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.standing import Stand
 
@@ -147,6 +148,11 @@ class Finder:
         given = key >= 0
         if given:
             rest = model.key_qpos[key].copy()
+        else:  # without load, springs of passive joints are relaxed
+            passive = {*range(1, model.njnt)} - motors(model)
+            springs = [joint for joint in passive if model.jnt_stiffness[joint]]
+            address = model.jnt_qposadr[springs]
+            rest[address] = model.qpos_spring[address]
         rest[:3] = 0.0
         limited = np.flatnonzero(model.jnt_limited)
         address = model.jnt_qposadr[limited]
@@ -283,20 +289,22 @@ class Finder:
                 )
             )
         of_legs = {joint for leg in legs for joint in leg.joints}
-        joints = [model.joint(index).name for index in range(1, model.njnt)]
+        driven = motors(model)
+        joints = {index: model.joint(index).name for index in range(1, model.njnt)}
         if len(legs) == 2 and not all(min(leg.sole) > 0 for leg in legs):
             notes = (*notes, "two feet without soles: the robot stands only while it balances")
         trunk = _trunk_length(stand, points)
         length = max(trunk, stand.reach) if len(legs) == 2 else trunk
         return Anatomy(
             tuple(legs),
-            tuple(name for name in joints if name not in of_legs),
+            tuple(joints[one] for one in sorted(driven) if joints[one] not in of_legs),
             standing,
             float(model.body_subtreemass[1]),
             length,
             trunk,
             notes,
             warnings,
+            tuple(name for index, name in joints.items() if index not in driven),
         )
 
 
@@ -356,6 +364,7 @@ def _are_alike(limb: Limb, other: Limb) -> bool:
 def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
     """Return the index of the leg that mirrors each leg on the other side, or -1."""
     partners = []
+    middle = float(np.mean([limb.hip[1] for limb in limbs]))
     for index, limb in enumerate(limbs):
         image = limb.hip * [1, -1, 1] + [0, 2 * middle, 0]
         near = [
@@ -364,7 +373,6 @@ def _partners(limbs: Sequence[Limb], sides: Sequence[Side]) -> list[int]:
             else np.inf
             for at, other in enumerate(limbs)
         ]
-    middle = float(np.mean([limb.hip[1] for limb in limbs]))
         best = int(np.argmin(near))
         partners.append(best if near[best] < ALIKE * limb.length else -1)
     return partners

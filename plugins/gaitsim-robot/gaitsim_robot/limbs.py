@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats, Side
-from gaitsim_robot.chain import Chain, leg_chain
+from gaitsim_robot.chain import Chain
+from gaitsim_robot.linkage import chain_to, joints_to, loops, motors
 from gaitsim_robot.shapes import RobotSurface, surfaces
 
 Indices = NDArray[np.intp]
@@ -26,7 +27,8 @@ class Limb:
     """A limb in the robot's reference pose.
 
     Attributes:
-        joints: joints from the hip to the foot, without joints shared with other limbs, (joints,).
+        joints: driven joints from the hip to the foot, then those of other branches of a closed
+            linkage, without joints shared with other limbs, (joints,).
         bodies: bodies of the foot and its toes, which touch the ground, (bodies,).
         parts: all bodies that only this limb moves, (bodies,).
         chain: chain from the hip to the tip, which is the middle of a ball.
@@ -74,6 +76,8 @@ class Tree:
         self.surfaces: RobotSurface = surfaces(model)
         self.points = self.surfaces.place(data)
         self.weld = np.asarray(model.body_weldid, np.intp)
+        self.motors = motors(model)
+        self.loops = [around for _, _, around in loops(model)]
         self.parent = {
             int(group): int(self.weld[model.body_parentid[group]])
             for group in np.unique(self.weld)
@@ -100,19 +104,39 @@ class Tree:
         return self._create_limbs([int(self.weld[body]) for body in bodies])
 
     def _create_limbs(self, ends: list[int]) -> list[Limb]:
-        paths = [self._path(end) for end in ends]
+        clusters = [self._cluster(end) for end in ends]
+        legs = []
+        for end, groups in zip(ends, clusters, strict=True):
+            # Of the branches of a closed linkage, the one that reaches lowest has the foot.
+            rivals = [one for one, other in zip(ends, clusters, strict=True) if groups & other]
+            if len(groups) == len(self._path(end)) or end == min(rivals, key=self._lowest):
+                legs.append((end, groups))
         shared = {
             group
-            for i, path in enumerate(paths)
-            for other in paths[:i]
-            for group in path
-            if group in other
+            for i, (_, groups) in enumerate(legs)
+            for _, others in legs[:i]
+            for group in groups & others
         }
-        limbs = [
-            self._create_limb([group for group in path if group not in shared], end)
-            for path, end in zip(paths, ends, strict=True)
-        ]
+        limbs = [self._create_limb(groups - shared, end) for end, groups in legs]
         return [limb for limb in limbs if limb is not None]
+
+    def _cluster(self, end: int) -> set[int]:
+        """Return the groups of a limb: its path, and branches that closed linkages tie to it."""
+        of_path = set(joints_to(self.model, self._body(end)))
+        found = set(self._path(end))
+        for around in self.loops:
+            if around & of_path:
+                bodies = self.model.jnt_bodyid[sorted(around)]
+                found |= {int(self.weld[body]) for body in bodies}
+        return found
+
+    def _body(self, group: int) -> int:
+        return int(np.flatnonzero(self.weld == group)[0])
+
+    def _lowest(self, group: int) -> float:
+        """Return the height of the lowest point of a group and of all below it, m."""
+        points = self.surfaces.points_on(self._below(group))
+        return float((self.points[points, 2] - self.surfaces.radius[points]).min(initial=np.inf))
 
     def _path(self, group: int) -> list[int]:
         """Return the groups from the trunk, exclusive, to a group, inclusive."""
@@ -160,14 +184,16 @@ class Tree:
         inside = [one for one in self.parent if group in self._path(one)]
         return np.flatnonzero(np.isin(self.weld, inside))
 
-    def _create_limb(self, path: list[int], end: int) -> Limb | None:
+    def _create_limb(self, groups: set[int], end: int) -> Limb | None:
         model, data = self.model, self.data
+        path = [group for group in self._path(end) if group in groups]
         joints = [
             joint
-            for group in path
+            for group in (*path, *sorted(groups - {*path}))
             for joint in range(
                 model.body_jntadr[group], model.body_jntadr[group] + model.body_jntnum[group]
             )
+            if joint in self.motors
         ]
         foot = self._below(end)
         of_foot = self.surfaces.points_on(foot)
@@ -180,9 +206,10 @@ class Tree:
         segments = np.linalg.norm(np.diff(np.vstack([anchors, tip]), axis=0), axis=1)
         before = np.concatenate([[0.0], np.cumsum(segments)[:-1]])
         hip = int(np.flatnonzero(before <= HIP * segments.sum())[-1])
-        chain = leg_chain(model, data, joints, tip)
+        chain = chain_to(model, data, joints, tip, body)
+        parts = np.unique(np.concatenate([self._below(group) for group in groups]))
         return Limb(
-            np.array(joints, np.intp), foot, self._below(path[0]), chain, radius, body, sole,
+            np.array(joints, np.intp), foot, parts, chain, radius, body, sole,
             anchors[hip].copy(), hip + 1, _farthest(chain, hip),
         )  # fmt: skip
 

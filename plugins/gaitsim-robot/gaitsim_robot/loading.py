@@ -258,6 +258,9 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
     if held:
         names = shorten(anatomy.held, 8)
         lines["held"] = f"{held} outside the legs, held in the standing pose: {names}"
+    if anatomy.passive:
+        names = shorten(anatomy.passive, 8)
+        lines["passive"] = f"{len(anatomy.passive)} without a motor: {names}"
     return lines
 
 

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 from gaitsim.plugin.toolkit import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy
-from gaitsim_robot.chain import standing_chains
+from gaitsim_robot.linkage import standing_chains
 
 BAND = 0.25  # rad, largest error at which an unknown servo applies its full torque
 NARROW = 0.02  # rad, the same for a stiffness in a file; higher ones are placeholders, and chatter

@@ -223,6 +223,8 @@ def build(
     height = float(anatomy.stance[2])
     if damage:
         anatomy, servos = apply_damage(spec, anatomy, servos, damage)
+    for motor in spec.actuators:  # of the text, without properties
+        spec.delete(motor)
     add_servos(spec, servos)
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:

@@ -9,6 +9,7 @@ import numpy as np
 from gaitsim.plugin.toolkit import matmul, principal_axes
 from gaitsim_robot.anatomy import Floats
 from gaitsim_robot.limbs import Limb
+from gaitsim_robot.linkage import Linkage
 from gaitsim_robot.shapes import surfaces
 
 # Positions of a foot relative to its hip, outward and down, in leg lengths; best first.
@@ -21,10 +22,10 @@ UPRIGHT = (
     (0.0, 0.65),
     (0.3, 0.65),
 )
-SPRAWLED = ((0.65, 0.45), (0.6, 0.6), (0.75, 0.35), (0.5, 0.3), (0.8, 0.45), (0.4, 0.7), (0.8, 0.2))
 # Eleven humanoids fall equally often with these knees as with those above, walk farther, and need
 # less torque.
 BIPED = ((0.0, 0.88), (0.0, 0.93), (0.0, 0.82), (0.0, 0.75), (0.0, 0.65))
+SPRAWLED = ((0.65, 0.45), (0.6, 0.6), (0.75, 0.35), (0.5, 0.3), (0.8, 0.45), (0.4, 0.7), (0.8, 0.2))
 STRAIGHT = 0.96  # share of its length beyond which a leg counts as straight
 UNEVEN = 0.03  # leg lengths, largest difference in height between two feet on the ground
 CLEARANCE = 0.1  # leg lengths, smallest height of the trunk, its arms and its head
@@ -32,9 +33,9 @@ GRAZE = 0.01  # leg lengths, smallest height of knees, and of all parts in a giv
 # to a foot, such as a shin that ends at the ankle, may come as close to the ground as it likes
 MARGIN = 0.2  # share of the support, distance of the centre of mass from its edges in found poses
 LEVEL = 0.03  # rad, largest angle between a sole and the ground
-STARTS = 24  # initial poses from which inverse kinematics starts
 MIRRORED = 0.02  # leg lengths, largest distance of a joint's axis from that of the mirrored leg
 PARALLEL = 0.99  # smallest cosine of the angle between such axes
+STARTS = 24  # initial poses from which inverse kinematics starts
 
 
 class Stand:
@@ -44,8 +45,8 @@ class Stand:
         model: MuJoCo's model.
         limbs: the legs.
         partners: for each leg, the index of the leg that mirrors it, or -1.
-    """
         mirrored: whether `search` gives each exactly mirrored pair of legs mirrored angles.
+    """
 
     def __init__(
         self, model: Any, limbs: Sequence[Limb], partners: Sequence[int], mirrored: bool = True
@@ -74,10 +75,14 @@ class Stand:
         self.of_shins = np.isin(model.body_weldid[self.surfaces.bodies[self.others]], shins)
 
     def pose(self, qpos: Floats) -> Floats:
-        """Pose the robot and return its surface points, (points, 3) m."""
+        """Pose the robot, with its linkages closed, and return its surface, (points, 3) m."""
         import mujoco
 
         self.data.qpos[:] = qpos
+        for limb in self.limbs:
+            if isinstance(limb.chain, Linkage):
+                address = limb.chain.addresses
+                self.data.qpos[address] = limb.chain.dependents(self._angles(limb, qpos))
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         return self.surfaces.place(self.data)
@@ -85,7 +90,7 @@ class Stand:
     def on_ground(self, qpos: Floats) -> Floats:
         """Return the pose with its lowest foot on the ground z = 0."""
         points = self.pose(qpos)
-        grounded = qpos.copy()
+        grounded = self.data.qpos.copy()
         grounded[2] -= min(self._lowest_heights(points))
         return grounded
 
@@ -166,21 +171,16 @@ class Stand:
         """
         problem = ""
         orders = (SPRAWLED, UPRIGHT) if self._is_sprawled() else (UPRIGHT, SPRAWLED)
+        if list(self.partners) == [1, 0]:
+            orders = BIPED, SPRAWLED
         for outward, down in (*orders[0], *orders[1]):
             found = self._attempt(rest, outward, down)
             reason = self.problem(found, True)
             if not reason:
                 return self.on_ground(found), ""
-        if list(self.partners) == [1, 0]:
-            orders = BIPED, SPRAWLED
             problem = problem or reason
         return None, problem
 
-    def _is_sprawled(self) -> bool:
-        """Return whether the legs reach sideways in their reference pose."""
-        sideways = [
-            (limb.chain.tip[1] - limb.hip[1]) * np.sign(limb.hip[1]) / limb.length
-            for limb in self.limbs
     def without_mirroring(self) -> "Stand":
         """Return the same robot, whose pairs of legs need not have mirrored angles."""
         return Stand(self.model, self.unpaired, self.partners, mirrored=False)
@@ -189,6 +189,11 @@ class Stand:
         """Return whether any leg has enough joints to bend while its sole remains level."""
         return any(len(limb.joints) > 2 or not limb.sole.any() for limb in self.limbs)
 
+    def _is_sprawled(self) -> bool:
+        """Return whether the legs reach sideways in their reference pose."""
+        sideways = [
+            (limb.chain.tip[1] - limb.hip[1]) * np.sign(limb.hip[1]) / limb.length
+            for limb in self.limbs
         ]
         return bool(np.median(sideways) > 0.3)
 
@@ -229,16 +234,16 @@ class Stand:
             )
         return better
 
-    def _target(self, limb: Limb, outward: float, ground: float) -> Floats:
-        direction = limb.chain.tip[:2] - limb.hip[:2]
-        if not outward and abs(direction[1]) < 0.25 * limb.length:
-            # The leg hangs in its own plane, which need not contain the hip.
-            return np.array([limb.hip[0], limb.chain.tip[1], ground + limb.radius])
     def _mirrored(self, index: int, first: int, qpos: Floats) -> Floats:
         """Return the angles of a leg that mirror those of the leg `first` in a pose."""
         limb = self.limbs[first]
         return mirror_angles(limb.chain, self.limbs[index].chain, self._angles(limb, qpos))
 
+    def _target(self, limb: Limb, outward: float, ground: float) -> Floats:
+        direction = limb.chain.tip[:2] - limb.hip[:2]
+        if not outward and abs(direction[1]) < 0.25 * limb.length:
+            # The leg hangs in its own plane, which need not contain the hip.
+            return np.array([limb.hip[0], limb.chain.tip[1], ground + limb.radius])
         if np.linalg.norm(direction) < 0.2 * limb.length:
             direction = limb.hip[:2] - np.mean([one.hip[:2] for one in self.limbs], axis=0)
         norm = np.linalg.norm(direction)
@@ -305,11 +310,6 @@ def mirror_angles(chain: Any, other: Any, angles: Floats) -> Floats:
     return within
 
 
-def _distance_outside(points: Floats, place: Floats) -> float:
-    """Return the distance of a place from the convex hull of points, m; 0 inside."""
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
 def _with_common_limits(limb: Limb, other: Limb) -> tuple[Limb, Limb] | None:
     """Return two legs with the limits that they share, or None if they do not mirror each other."""
     chain, image = limb.chain, other.chain
@@ -334,6 +334,11 @@ def _with_common_limits(limb: Limb, other: Limb) -> tuple[Limb, Limb] | None:
     )
 
 
+def _distance_outside(points: Floats, place: Floats) -> float:
+    """Return the distance of a place from the convex hull of points, m; 0 inside."""
+    from scipy.spatial import ConvexHull, QhullError
+
+    try:
         hull = ConvexHull(points)
         if (hull.equations @ [*place, 1.0]).max() <= 0:
             return 0.0

@@ -3,7 +3,8 @@
 The option `organism.model` contains the text, so that experiment files, checkpoints and champions
 include their robot.
 
-- The world has one body, the trunk, with a free joint. Every other joint is a hinge with a range.
+- The world has one body, the trunk, with a free joint. Every other joint is a hinge or slide. A
+  joint with a motor is a hinge with a range.
 - Every body has an explicit inertia.
 - Geoms are boxes, spheres, capsules, cylinders, ellipsoids, and convex meshes with their vertices
   in the text.
@@ -11,7 +12,9 @@ include their robot.
   rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown.
 - Equality constraints represent mimic joints and closed linkages.
 - There is at most one keyframe, `stand`.
-- There are no ground, actuators, sensors, includes or file names.
+- The actuators are the motors that the robot's file states, without their properties. If there are
+  none, each joint has a motor.
+- There are no ground, sensors, includes or file names.
 """
 
 from collections.abc import Mapping
@@ -67,6 +70,8 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
     },
     ("mujoco", "equality", "connect"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
     ("mujoco", "equality", "weld"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
+    ("mujoco", "actuator"): {},
+    ("mujoco", "actuator", "motor"): {"joint": _NAME},
     ("mujoco", "keyframe"): {},
     ("mujoco", "keyframe", "key"): {"name": frozenset({"stand"}), "qpos": _count(8, 2000)},
     ("body",): _PLACE,
@@ -76,7 +81,7 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
         "fullinertia": _count(6),
     },
     ("body", "joint"): {
-        "name": _NAME, "type": frozenset({"hinge"}), "pos": _count(3), "axis": _count(3),
+        "name": _NAME, "type": frozenset({"hinge", "slide"}), "pos": _count(3), "axis": _count(3),
         "range": _count(2), "actuatorfrcrange": _count(2), "user": _count(1, 3),
         "damping": _count(1), "armature": _count(1), "frictionloss": _count(1),
         "stiffness": _count(1), "ref": _count(1), "springref": _count(1),
@@ -107,9 +112,10 @@ def check_text(text: str) -> None:
             f"the robot's text has {len(trunks)} trunks and {len(bodies)} bodies",
             f"one trunk, with at most {BODIES} bodies",
         )
+    motors = {motor.get("joint") for motor in root.iter("motor")}
     for body in bodies:
-        _check_body(body, body is trunks[0])
-    for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES)):
+        _check_body(body, body is trunks[0], motors)
+    for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES), ("motor", BODIES)):
         if (count := sum(1 for _ in root.iter(tag))) > most:
             raise _invalid(f"the robot's text has {count} elements <{tag}>", f"at most {most}")
     if len(root.findall("keyframe/key")) > 1:
@@ -151,7 +157,7 @@ def _valid(value: str, kind: _Kind) -> bool:
         return False
 
 
-def _check_body(body: Element, trunk: bool) -> None:
+def _check_body(body: Element, trunk: bool, motors: set[str | None]) -> None:
     name = body.get("name", "")
     inertial, joints = body.findall("inertial"), body.findall("joint")
     if not name or len(inertial) != 1 or float(inertial[0].get("mass", "0")) <= 0:
@@ -159,11 +165,14 @@ def _check_body(body: Element, trunk: bool) -> None:
     if len(body.findall("freejoint")) != trunk or bool(joints) == trunk:
         raise _invalid(
             f"body {name!r} has the wrong joints",
-            "a free joint for the trunk, and hinges for all other bodies",
+            "a free joint for the trunk, and hinges or slides for all other bodies",
         )
     for joint in joints:
-        if not joint.get("name") or "range" not in joint.attrib:
+        driven = not motors or joint.get("name") in motors
+        if not joint.get("name") or (driven and "range" not in joint.attrib):
             raise _invalid(f"a joint of body {name!r} has no name or no range")
+        if driven and joint.get("type") == "slide":
+            raise _invalid(f"a slide of body {name!r} has a motor", "motors of hinges")
         if min(map(float, joint.get("user", "0").split())) < 0:
             raise _invalid(f"a joint of body {name!r} has a servo with negative values")
         for key in ("range", "actuatorfrcrange"):

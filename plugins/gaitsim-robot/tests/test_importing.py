@@ -168,18 +168,24 @@ def crab(tmp_path):
 def test_only_the_robot_of_an_mjcf_file_is_kept(crab):
     model, repairs, text = read(crab)
     names = [model.joint(index).name for index in range(model.njnt)]
-    assert names == ["crab", "hip"]
+    assert names == ["crab", "hip", "knob", "ankle x", "ankle y", "ankle z"]
     assert model.jnt_type[0] == mujoco.mjtJoint.mjJNT_FREE
-    # The ball joint is fixed, so its body belongs to the leg. The eye's mesh is missing.
-    assert model.body_mass[1:] == pytest.approx([1.0, 0.3], rel=1e-5)
+    assert [model.joint(one).name for one in model.actuator_trnid[:, 0]] == ["hip"]
+    # The eye's mesh is missing.
+    assert model.body_mass[1:] == pytest.approx([1.0, 0.2, 0.1], rel=1e-5)
     hip = model.joint("hip")
     assert hip.range == pytest.approx(np.radians([-60, 60]), rel=1e-5)
     assert model.jnt_actfrcrange[hip.id] == pytest.approx([-10, 10])
-    assert model.dof_damping[-1] == pytest.approx(0.3)
-    assert model.key("stand").qpos[-1] == pytest.approx(0.5)
+    assert model.dof_damping[6] == pytest.approx(0.3)
+    assert model.key("stand").qpos[7:] == pytest.approx([0.5, 0, 0, 0, 0])
     assert model.nexclude == 1
     assert "floor" not in text
-    for lost in ("eye.obj", "'ball'", "tendons", "'knob', 'ankle'", "now free: 'x', 'pitch'"):
+    for lost in (
+        "eye.obj",
+        "'ball'",
+        "three passive hinges each: 'ankle'",
+        "now free: 'x', 'pitch'",
+    ):
         assert lost in repairs
     # All shapes touch the ground (contact bit 1); they collide with each other as in the file.
     ground, bits = 1, list(zip(model.geom_contype, model.geom_conaffinity, strict=True))

@@ -44,7 +44,7 @@ def test_robots_texts_pass_and_compile():
         ("</worldbody>", "</worldbody><asset><texture name='t' file='x.png'/></asset>"),
         ("</worldbody>", "</worldbody><extension><plugin plugin='mujoco.pid'/></extension>"),
         ("</worldbody>", "</worldbody><option timestep='1'/>"),
-        ("</worldbody>", "</worldbody><actuator><motor joint='hip'/></actuator>"),
+        ("</worldbody>", "</worldbody><actuator><motor joint='hip' gear='2'/></actuator>"),
         ("</worldbody>", "</worldbody><size memory='1T'/>"),
         ("<mujoco model", "<!DOCTYPE r [<!ENTITY a 'x'>]><mujoco model"),
         ('angle="radian"', 'angle="radian" meshdir="/etc"'),

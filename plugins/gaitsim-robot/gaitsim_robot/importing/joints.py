@@ -1,11 +1,12 @@
-"""Repair the joints of a robot: free the trunk, fix other joints than hinges, and set limits."""
+"""Repair the joints of a robot: free the trunk, fix motors of other kinds, and set limits."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
-from gaitsim_robot.errors import RobotError, check_count
-from gaitsim_robot.importing.tree import Body, Floats, RobotTree, report
+from gaitsim_robot.errors import RobotError, check_count, format_names
+from gaitsim_robot.importing.tree import Body, Floats, RobotTree, TreeJoint, report
 from gaitsim_robot.markup import LARGEST
 from gaitsim_robot.text import BODIES
 
@@ -15,7 +16,7 @@ DEGREES = 25.0  # rad; larger limits look like degrees, as files without limits 
 
 
 def repair_joints(robot: RobotTree) -> None:
-    """Free the trunk, fix joints that are not hinges, fuse fixed bodies, and limit hinges.
+    """Free the trunk, leave hinges and passive slides, fuse fixed bodies, and limit hinges.
 
     Bodies keep their positions in the initial pose, in which all joints are at zero.
     """
@@ -24,22 +25,56 @@ def repair_joints(robot: RobotTree) -> None:
         names = [joint.name for joint in root.joints]
         report(robot.repairs, "joints between the world and the robot, now free", names)
     root.joints = []
-    fixed = [joint.name for joint in robot.joints if joint.kind != "hinge"]
-    report(robot.repairs, "joints fixed, because they are not hinges", fixed)
-    for body in root.walk():
-        body.joints = [joint for joint in body.joints if joint.kind == "hinge"]
+    _replace_joints(robot)
     _fuse(robot)
     _merge_massless(robot)
     check_count(sum(1 for _ in root.walk()), BODIES, "moving links", robot.name)
-    if not robot.joints:
+    if not any(joint.driven for joint in robot.joints):
         raise RobotError(
-            "the robot has no joint that turns",
+            "the robot has no joint that turns by a motor",
             where=robot.name,
-            allowed="at least one revolute or hinge joint",
+            allowed="at least one revolute or hinge joint; if the file has actuators or "
+            "transmissions, they must drive it",
         )
     _warn_of_degrees(robot)
     _assume_limits(robot)
     _filter_couplings(robot)
+    passive = [joint.name for joint in robot.joints if not joint.driven]
+    report(robot.repairs, "passive joints, for which the file states no motor", passive)
+
+
+def _replace_joints(robot: RobotTree) -> None:
+    """Replace passive balls by three hinges, and fix other joints than hinges and passive slides.
+
+    The axes of the three hinges are orthogonal, and their inertia, springs and damping about each
+    axis are those of the ball as long as it turns little.
+    """
+    driven: list[str] = []
+    others: list[str] = []
+    balls: list[str] = []
+    for body in robot.root.walk():
+        kept: list[TreeJoint] = []
+        for joint in body.joints:
+            if joint.kind == "hinge" or (joint.kind == "slide" and not joint.driven):
+                kept.append(joint)
+            elif joint.kind == "ball" and not joint.driven:
+                balls.append(joint.name)
+                kept += [
+                    replace(joint, kind="hinge", name=f"{joint.name} {letter}", axis=axis,
+                            position=joint.position.copy(), range=None)
+                    for letter, axis in zip("xyz", np.eye(3), strict=True)
+                ]  # fmt: skip
+            else:
+                (driven if joint.driven else others).append(joint.name)
+        body.joints = kept
+    report(robot.repairs, "passive ball joints, now three passive hinges each", balls)
+    report(robot.repairs, "joints fixed, because they are neither hinges nor slides", others)
+    if driven:
+        robot.warnings.append(
+            f"joints with a motor that gaitsim cannot drive are fixed at 0: "
+            f"{format_names(driven)}; drive hinges instead, such as three for a ball, or remove "
+            "the motors from the file's actuators or transmissions to leave these joints passive"
+        )
 
 
 def _fuse(robot: RobotTree) -> None:
@@ -124,7 +159,8 @@ def _merge_massless(robot: RobotTree) -> None:
 
 def _warn_of_degrees(robot: RobotTree) -> None:
     """Warn if most limits look like degrees: several turns if read as radians, but at most 360°."""
-    given = [(joint.name, joint.range) for joint in robot.joints if joint.range is not None]
+    hinges = [joint for joint in robot.joints if joint.kind == "hinge"]
+    given = [(joint.name, joint.range) for joint in hinges if joint.range is not None]
     ranges = [(name, ends) for name, ends in given if np.isfinite(ends).all()]
     suspicious = [one for one in ranges if DEGREES <= max(map(abs, one[1])) <= 360]
     if suspicious and 2 * len(suspicious) >= len(ranges):
@@ -146,7 +182,10 @@ def _assume_limits(robot: RobotTree) -> None:
             joint.speed = 0.0
         joint.servo_stiffness = min(joint.servo_stiffness, LARGEST)
         joint.servo_damping = min(joint.servo_damping, LARGEST)
-        if joint.range is None:
+        if not joint.driven:
+            if joint.range is not None and not np.isfinite(joint.range).all():
+                joint.range = None
+        elif joint.range is None:
             missing.append(joint.name)
             joint.range = (joint.reference - ASSUMED, joint.reference + ASSUMED)
         elif not all(abs(limit) <= TURN for limit in joint.range):

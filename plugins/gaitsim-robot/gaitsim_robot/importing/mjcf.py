@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from gaitsim_robot.errors import RobotError
+from gaitsim_robot.errors import RobotError, format_names
 from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.includes import check_size, inline_includes, modernise, resolve_files
 from gaitsim_robot.importing.tree import (
@@ -139,6 +139,7 @@ class _MjcfReader:
         self._actuators, dropped = _actuators(model)
         names = [self._name("actuator", index) for index in dropped]
         report(repairs, "dropped actuators other than motors and position servos of joints", names)
+        self._driven, self._pulled = _driven(model)
 
     def robot(self) -> RobotTree:
         model = self._model
@@ -161,11 +162,26 @@ class _MjcfReader:
         if not robot.root.joints:
             self._repairs.append(f"freed {robot.root.name!r}, which was fixed to the world")
         self._equalities(robot)
+        if not self._driven:
+            followers = {coupling.follower for coupling in robot.couplings}
+            for joint in robot.joints:
+                joint.driven = joint.name not in followers
         self._excludes(robot)
         robot.stand = self._stand(root, inside)
         if model.ntendon:
-            self._repairs.append(f"dropped tendons: {model.ntendon}")
+            robot.warnings.append(self._tendons())
         return robot
+
+    def _tendons(self) -> str:
+        """Return a warning about the tendons, which are not simulated."""
+        names = [self._name("tendon", index) for index in range(self._model.ntendon)]
+        pulled = [self._name("joint", index) for index in sorted(self._pulled)]
+        return f"tendons are not simulated: {format_names(names)}" + (
+            f"; each of the joints that their motors pull has a motor of its own instead: "
+            f"{format_names(pulled)}"
+            if pulled
+            else "; springs and couplings through them are missing"
+        )
 
     def _name(self, kind: str, index: int) -> str:
         return _name(self._model, kind, index) or f"{kind} {index}"
@@ -227,6 +243,7 @@ class _MjcfReader:
             float(model.qpos_spring[angle]),
             stiffness,
             damping,
+            not self._driven or index in self._driven,
         )
 
     def _equalities(self, robot: RobotTree) -> None:
@@ -289,11 +306,18 @@ class _MjcfReader:
         data = mujoco.MjData(model)
         mujoco.mj_resetDataKeyframe(model, data, found[0])
         mujoco.mj_kinematics(model, data)
-        angles = {
-            self._name("joint", joint): float(data.qpos[model.jnt_qposadr[joint]])
-            for joint in range(model.njnt)
-            if model.jnt_bodyid[joint] in inside and _JOINTS[model.jnt_type[joint]] == "hinge"
-        }
+        angles: dict[str, float] = {}
+        for joint in range(model.njnt):
+            kind, name = _JOINTS[model.jnt_type[joint]], self._name("joint", joint)
+            at = model.jnt_qposadr[joint]
+            if model.jnt_bodyid[joint] not in inside:
+                continue
+            if kind in ("hinge", "slide"):
+                angles[name] = float(data.qpos[at])
+            elif kind == "ball":  # for the three hinges that replace it
+                turn = Rotation.from_quat(data.qpos[at : at + 4], scalar_first=True)
+                letters = zip("xyz", turn.as_euler("XYZ").tolist(), strict=True)
+                angles |= {f"{name} {letter}": angle for letter, angle in letters}
         return Place(data.xpos[root].copy(), data.xmat[root].reshape(3, 3).copy()), angles
 
 
@@ -337,6 +361,20 @@ def _actuators(model: Any) -> tuple[Floats, list[int]]:
             found[joint, 2] = 0.0
             dropped.append(actuator)
     return found, sorted(dropped)
+
+
+def _driven(model: Any) -> tuple[set[int], set[int]]:
+    """Return the joints that actuators drive, and those of them that actuators pull by tendons."""
+    direct, pulled = set(), set()
+    for kind, target in zip(model.actuator_trntype, model.actuator_trnid[:, 0], strict=True):
+        if kind in _ON_JOINTS:
+            direct.add(int(target))
+        elif kind == mujoco.mjtTrn.mjTRN_TENDON:
+            first = model.tendon_adr[target]
+            wraps = slice(first, first + model.tendon_num[target])
+            of_joints = model.wrap_type[wraps] == mujoco.mjtWrap.mjWRAP_JOINT
+            pulled |= {int(joint) for joint in model.wrap_objid[wraps][of_joints]}
+    return direct | pulled, pulled - direct
 
 
 _ON_JOINTS = (0, 1)  # mjTRN_JOINT and mjTRN_JOINTINPARENT

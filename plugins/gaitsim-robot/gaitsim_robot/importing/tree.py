@@ -69,6 +69,7 @@ class TreeJoint:
     Attributes:
         name: name of the joint.
         kind: hinge, slide, ball or free.
+        driven: whether a motor drives the joint; otherwise it is passive.
         axis, position: axis and position in the body, (3,).
         range: smallest and largest angle, rad; None if the file has no limits.
         torque: largest torque, N·m; 0 if unknown.
@@ -93,6 +94,7 @@ class TreeJoint:
     spring_reference: float = 0.0
     servo_stiffness: float = 0.0
     servo_damping: float = 0.0
+    driven: bool = True
 
 
 @dataclass(eq=False)
@@ -199,9 +201,21 @@ class RobotTree:
                 shape.vertices = None if shape.vertices is None else length * shape.vertices
             for joint in body.joints:
                 joint.position = length * joint.position
-                joint.armature *= mass * length**2
+                if joint.kind == "slide":
+                    joint.armature *= mass
+                    joint.stiffness /= length
+                    joint.reference *= length
+                    joint.spring_reference *= length
+                    if joint.range is not None:
+                        joint.range = length * joint.range[0], length * joint.range[1]
+                else:
+                    joint.armature *= mass * length**2
         if self.stand is not None:
-            self.stand[0].position = length * self.stand[0].position
+            place, angles = self.stand
+            place.position = length * place.position
+            for joint in self.joints:
+                if joint.kind == "slide" and joint.name in angles:
+                    angles[joint.name] *= length
         if length != 1:
             self.repairs.append(f"lengths multiplied by {length:g}")
         if mass != 1:
@@ -249,6 +263,7 @@ class _Writer:
         root.append(world)
         self._excludes(root)
         self._equalities(root)
+        self._motors(root)
         self._stand(root)
         indent(root, " ")
         return tostring(root, "unicode") + "\n"
@@ -319,6 +334,13 @@ class _Writer:
         for closure in robot.closures:
             SubElement(equality, closure.kind, site1=closure.first, site2=closure.second)
 
+    def _motors(self, root: Element) -> None:
+        driven = [joint.name for joint in self._robot.joints if joint.driven]
+        if len(driven) < len(self._robot.joints):
+            motors = SubElement(root, "actuator")
+            for name in driven:
+                SubElement(motors, "motor", joint=self._joints[name])
+
     def _stand(self, root: Element) -> None:
         robot = self._robot
         if robot.stand is None:
@@ -334,6 +356,8 @@ class _Writer:
 
 def _joint(joint: TreeJoint) -> dict[str, str]:
     found = {"axis": _numbers(joint.axis)}
+    if joint.kind == "slide":
+        found["type"] = "slide"
     if np.abs(joint.position).max() > 1e-9:
         found["pos"] = _numbers(joint.position)
     if joint.range is not None:

@@ -90,9 +90,37 @@ class _UrdfReader:
             self._attach(element, bodies)
         report(self._repairs, SWAPPED, self._swapped)
         root = self._topmost(bodies)
+        self._motors(root)
         self._repairs += self._files.describe_missing()
         name = self._root.get("name", "")
         return RobotTree(name, root, self._couplings, repairs=self._repairs)
+
+    def _motors(self, root: Body) -> None:
+        """Leave motors where the file states them, or else in all but mimic joints; read springs.
+
+        Motors are stated by `<transmission>` or `<ros2_control>`, springs by Gazebo's extension.
+        """
+        stated = {one.get("name") for one in self._root.iterfind("transmission/joint")} | {
+            one.get("name")
+            for one in self._root.iterfind("ros2_control/joint")
+            if one.find("command_interface") is not None
+        }
+        followers = {coupling.follower for coupling in self._couplings}
+        springs = {
+            one.get("reference", ""): one
+            for one in self._root.iterfind("gazebo")
+            if one.find("springStiffness") is not None
+        }
+        joints = [joint for body in root.walk() for joint in body.joints]
+        stated &= {joint.name for joint in joints}
+        for joint in joints:
+            joint.driven = joint.name in stated if stated else joint.name not in followers
+            if (spring := springs.get(joint.name)) is not None:
+                where = f"{self._where}, <gazebo> of joint {joint.name!r}"
+                joint.stiffness, joint.spring_reference = (
+                    number(spring.findtext(tag), 0.0, where)
+                    for tag in ("springStiffness", "springReference")
+                )
 
     def _topmost(self, bodies: dict[str, Body]) -> Body:
         tops = [bodies[name] for name in bodies if name not in self._children]

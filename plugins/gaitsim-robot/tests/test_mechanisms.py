@@ -1,0 +1,124 @@
+"""Only what a file drives has a motor; linkages and couplings follow from closed forms."""
+
+import math
+
+import mujoco
+import numpy as np
+import pytest
+from mechanisms import MECHANISMS, SHANK, THIGH, mechanism
+
+from gaitsim_robot.chain import pose_data
+from gaitsim_robot.finding import find_anatomy
+from gaitsim_robot.importing import import_robot
+from gaitsim_robot.linkage import Linkage, chain_to
+from gaitsim_robot.text import compile_model
+
+DRIVEN = {
+    "five_bar": (("a", "b"), ("pin_a", "pin_b")),
+    "parallelogram": (("hip", "motor"), ("knee", "pin")),
+    "spring_knee": (("hip",), ("knee",)),
+    "toe": (("hip", "knee"), ("mtp",)),
+    "mimic": (("hip",), ("knee",)),
+    "pogo": (("hip",), ("slide",)),
+}
+"""Driven and passive joints of a leg."""
+
+
+def read(name, folder, more=""):
+    file = import_robot(mechanism(name, folder, more))
+    model = compile_model(file.text)
+    return file, model, find_anatomy(model)
+
+
+def chain_of(name, folder):
+    """Return the model and the chain of the left front leg to the middle of its ball, at zero."""
+    _, model, anatomy = read(name, folder)
+    data, leg = pose_data(model, model.qpos0), anatomy.legs[0]
+    joints = [model.joint(joint).id for joint in leg.joints]
+    foot = model.body(leg.foot).id
+    (ball,) = np.flatnonzero(
+        (model.geom_bodyid == foot) & (model.geom_type == mujoco.mjtGeom.mjGEOM_SPHERE)
+    )
+    return model, chain_to(model, data, np.array(joints), data.geom_xpos[ball].copy(), foot)
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_only_joints_with_an_actuator_have_a_motor(name, tmp_path):
+    _, model, anatomy = read(name, tmp_path)
+    driven, passive = DRIVEN[name]
+    assert [leg.name for leg in anatomy.legs] == ["L1", "R1", "L2", "R2"]
+    for leg, prefix in zip(anatomy.legs, ("FL", "FR", "RL", "RR"), strict=True):
+        assert leg.joints == tuple(f"{prefix}_{joint}" for joint in driven)
+        assert {f"{prefix}_{joint}" for joint in passive} <= {*anatomy.passive}
+    assert not anatomy.held
+    free = [model.joint(f"FL_{joint}").id for joint in passive]
+    assert bool(model.jnt_limited[free].all()) == (name in ("spring_knee", "pogo"))
+
+
+def five_bar_tip(turned):
+    """Return the foot relative to the middle of the hips: where two circles meet, (2,) m."""
+    ends = []
+    for angle, at, sign in ((turned[0], 0.02, 1), (turned[1], -0.02, -1)):
+        x, z = sign * 0.06, -0.06
+        ends.append([at + x * math.cos(angle) + z * math.sin(angle),
+                     z * math.cos(angle) - x * math.sin(angle)])  # fmt: skip
+    (a, b), radius = np.array(ends), math.hypot(0.08, 0.1)
+    across = b - a
+    half = np.linalg.norm(across) / 2
+    down = np.array([-across[1], across[0]]) / (2 * half)
+    return (a + b) / 2 + math.sqrt(radius**2 - half**2) * down * np.sign(-down[1])
+
+
+def turned(point, angle):
+    x, z = point
+    return np.array([x * math.cos(angle) + z * math.sin(angle),
+                     z * math.cos(angle) - x * math.sin(angle)])  # fmt: skip
+
+
+CLOSED_FORMS = {
+    "five_bar": five_bar_tip,
+    # The rod keeps the shank parallel to the crank.
+    "parallelogram": lambda q: turned((0, -THIGH), q[0]) + turned((0.03, -SHANK), q[1]),
+    "mimic": lambda q: turned((0.05, -THIGH), q[0]) + turned((-0.05, -SHANK), q[0] - 2 * q[0]),
+}
+
+
+@pytest.mark.parametrize("name", CLOSED_FORMS)
+def test_a_linkage_moves_as_in_closed_form(name, tmp_path):
+    _, chain = chain_of(name, tmp_path)
+    assert isinstance(chain, Linkage)
+    rest, form = chain.place(chain.zero), CLOSED_FORMS[name]
+    chance = np.random.default_rng(1)
+    angles = chance.uniform(-0.5, 0.5, (40, len(chain.zero)))
+    expected = np.array([form(one) - form(np.zeros(2)) for one in angles])
+    moved = chain.place(angles) - rest
+    np.testing.assert_allclose(moved[:, [0, 2]], expected, atol=1e-5)
+    np.testing.assert_allclose(moved[:, 1], 0, atol=1e-9)
+    # Angles of the foot's targets move it there.
+    if len(chain.zero) == 2:
+        found = chain.solve(chain.place(angles), chain.zero, chain.zero, chain.weights(False))
+        np.testing.assert_allclose(chain.place(found), chain.place(angles), atol=2e-4)
+
+
+def test_dependent_joints_close_a_linkage_in_mujoco(tmp_path):
+    model, chain = chain_of("five_bar", tmp_path)
+    data = mujoco.MjData(model)
+    angles = np.array([0.3, -0.2])
+    for leg in ("FL", "FR", "RL", "RR"):
+        for joint, angle in zip(("a", "b"), angles, strict=True):
+            data.qpos[model.joint(f"{leg}_{joint}").qposadr[0]] = angle
+    data.qpos[chain.addresses] = chain.dependents(angles)
+    mujoco.mj_kinematics(model, data)
+    sites = model.eq_obj1id[0], model.eq_obj2id[0]
+    assert np.linalg.norm(np.subtract(*data.site_xpos[[*sites]])) < 1e-6
+
+
+def test_springs_keep_their_stiffness_and_are_relaxed_without_load(tmp_path):
+    _, model, anatomy = read("spring_knee", tmp_path)
+    knee = model.joint("FL_knee")
+    assert model.jnt_stiffness[knee.id] == pytest.approx(4)
+    assert anatomy.stance[knee.qposadr[0]] == pytest.approx(0.1)
+    _, model, _ = read("pogo", tmp_path)
+    slide = model.joint("FL_slide")
+    assert model.jnt_type[slide.id] == mujoco.mjtJoint.mjJNT_SLIDE
+    assert model.jnt_stiffness[slide.id] == pytest.approx(600)
