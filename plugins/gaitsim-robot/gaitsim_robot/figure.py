@@ -1,7 +1,7 @@
 """The drawing of a robot: solids, segments and feet, each in the frame of its body."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -117,7 +117,8 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[
         kinds.mjGEOM_ELLIPSOID: ("ellipsoid", 3),
         kinds.mjGEOM_MESH: ("mesh", 0),
     }
-    legs = _leg_names(model, anatomy)
+    parts = _leg_names(model, anatomy)
+    parts |= dict.fromkeys(_spine(model, parts), "spine")
     solids: list[Solid] = []
     owners: list[int] = []
     offsets: list[Floats] = []
@@ -127,7 +128,7 @@ def _solids(model: Any, anatomy: Anatomy) -> tuple[list[Solid], list[int], list[
         if not body or kind not in shapes or small:
             continue
         shape, count = shapes[kind]
-        name = _with_leg_name(legs.get(body, ""), model.body(body).name)
+        name = _with_part_name(parts.get(body, ""), model.body(body).name)
         size = tuple(model.geom_size[geom, :count].tolist())
         solids.append(Solid(name, shape, size, None if count else mesh_vertices(model, geom)))
         owners.append(body)
@@ -159,9 +160,18 @@ def _leg_names(model: Any, anatomy: Anatomy) -> dict[int, str]:
     return {int(body): name for body, name in found.items()}
 
 
-def _with_leg_name(leg: str, name: str) -> str:
-    """Return a name that starts with the name of its leg, if any."""
-    return name if not leg or name.startswith(f"{leg} ") else f"{leg} {name}"
+def _spine(model: Any, legs: Mapping[int, str]) -> set[int]:
+    """Return the bodies between the trunk and the legs; names such as 'L_1' are not their sides."""
+    found = {int(model.body_parentid[body]) for body in legs} - legs.keys()
+    for body in range(model.nbody - 1, TRUNK, -1):  # children before parents
+        if body in found:
+            found.add(int(model.body_parentid[body]))
+    return {body for body in found if body > TRUNK}
+
+
+def _with_part_name(part: str, name: str) -> str:
+    """Return a name that starts with the name of its leg or 'spine', if any."""
+    return name if not part or name.startswith(f"{part} ") else f"{part} {name}"
 
 
 def _segments(
@@ -176,6 +186,7 @@ def _segments(
         (segments, 2, 3) m.
     """
     legs = _leg_names(model, anatomy)
+    parts = dict.fromkeys(_spine(model, legs), "spine") | legs
     home, turn = (of[0] for of in body_poses(model, model.qpos0[None]))
     # For each body, the body to which it is rigidly fixed: itself if it has a joint.
     rigid = list(range(model.nbody))
@@ -212,12 +223,13 @@ def _segments(
     }
     found = []
     for body, points in boxes.items():
-        found += [(model.body(body).name, body, one, other) for one, other in _edges(points)]
+        name = _with_part_name(parts.get(body, ""), model.body(body).name)
+        found += [(name, body, one, other) for one, other in _edges(points)]
     for body, beyond, end in ends:
         start = np.clip(end, *_box(boxes[body])) if body in boxes else anchors[body]
         if body not in lost and np.linalg.norm(end - start) > NEAR * anatomy.length:
             name = "hip" if body == TRUNK and beyond in legs else model.body(body).name
-            found.append((_with_leg_name(legs.get(beyond, ""), name), body, start, end))
+            found.append((_with_part_name(parts.get(beyond, ""), name), body, start, end))
     names, bodies, starts, far = zip(*found, strict=True)
     return names, list(bodies), np.stack([np.array(starts), np.array(far)], axis=1)
 

@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import mujoco
 import numpy as np
 import pytest
+import small_robots
 from scipy.spatial.transform import Rotation
 
 from gaitsim.contracts import Motion
+from gaitsim_robot.figure import figure
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.organism import BUNDLED, Robot
 from gaitsim_robot.skeleton import skeleton
@@ -71,3 +73,20 @@ def test_a_limb_without_geoms_is_a_rod_from_joint_to_joint():
     x, y, z = Rotation.from_quat(image.poses[0, rod, [4, 5, 6, 3]]).as_matrix()[:, 2]
     assert np.allclose((x, y, z), (ends[1] - ends[0]) / np.linalg.norm(ends[1] - ends[0]))
     assert 2 * sum(image.solids[rod].size) == pytest.approx(np.linalg.norm(ends[1] - ends[0]))
+
+
+def test_vertebrae_are_not_drawn_as_a_left_leg_because_of_their_names():
+    front, rear = (
+        [small_robots.leg(f"{end}{side}", 0, y) for side, y in (("L", 0.1), ("R", -0.1))]
+        for end in "FR"
+    )
+    spine = '<body name="L_1" pos="-0.4 0 0"><joint name="bend" axis="0 0 1" range="-1 1"/>'
+    trunk, pelvis = (small_robots.box(length, 0.16, 0.1, 3) for length in (0.4, 0.25))
+    text = small_robots.robot(trunk, *front, spine, pelvis, *rear, "</body>")
+    model = mujoco.MjModel.from_xml_string(text)
+    anatomy = find_anatomy(model)
+    assert anatomy.held == ("bend",)
+    drawing = figure(model, anatomy)
+    for names in (drawing.names, [solid.name for solid in drawing.solids]):
+        assert "spine L_1" in names
+        assert "L_1" not in names

@@ -46,40 +46,29 @@ def test_legs_whose_limits_leave_them_straight_stand_at_zero():
     assert np.abs(angles(opposite)).max() == 0
 
 
-def turned(text):
-    """Return a humanoid whose right leg bends in the other direction at positive angles."""
-    for joint, limits in (("hip_pitch", "-2 1"), ("knee", "0 2.4"), ("ankle_pitch", "-1 1")):
-        low, high = (-float(end) for end in reversed(limits.split()))
-        text = text.replace(
-            f'right_{joint}" axis="0 1 0" range="{limits}"',
-            f'right_{joint}" axis="0 -1 0" range="{low} {high}"',
-        )
-    return text
+RIGHT_KNEE = 'right_knee" axis="0 1 0" range="0 2.4"'
+TURNED = RIGHT_KNEE.replace("0 1 0", "0 -1 0").replace("0 2.4", "-2.4 0")
 
 
-@pytest.mark.parametrize("limited", ["left", "right"])
-def test_mirrored_legs_have_mirrored_angles_within_the_limits_of_both(limited):
-    knee = f'{limited}_knee" axis="0 1 0" range='
-    text = HUMANOID.replace(f'{knee}"0 2.4"', f'{knee}"0 0.9"')
-    left, right = np.array(angles(text))
-    assert (right == left * [-1, -1, 1, 1, 1, -1]).all()
-    assert 0.5 < left[3] <= 0.9
-
-
-def test_mirrored_legs_may_have_axes_in_opposite_directions():
-    left, right = np.array(angles(turned(HUMANOID)))
-    assert (right == -left).all()
-    assert left[3] > 0.5
-
-
-def in_frame(text, frame):
-    text = text.replace("<freejoint/>", f"<freejoint/><frame {frame}>")
-    return text.replace("</body></worldbody>", "</frame></body></worldbody>")
+@pytest.mark.parametrize(
+    ("old", "new", "sign"),
+    [
+        ('left_knee" axis="0 1 0" range="0 2.4"', 'left_knee" axis="0 1 0" range="0 0.9"', 1),
+        (RIGHT_KNEE, RIGHT_KNEE.replace("2.4", "0.9"), 1),
+        (RIGHT_KNEE, TURNED, -1),
+    ],
+    ids=["left knee limited", "right knee limited", "opposite axes"],
+)
+def test_mirrored_legs_have_mirrored_angles_within_the_limits_of_both(old, new, sign):
+    left, right = np.array(angles(HUMANOID.replace(old, new)))
+    assert (right == left * [-1, -1, 1, sign, 1, -1]).all()
+    assert 0.5 < left[3] <= (0.9 if sign > 0 else 2.4)
 
 
 def test_legs_may_be_beside_the_origin_of_the_trunk():
-    beside = angles(in_frame(HUMANOID, 'pos="0 0.3 0"'))
-    assert np.ravel(beside) == pytest.approx(np.ravel(angles(HUMANOID)), abs=1e-6)
+    beside = HUMANOID.replace("<freejoint/>", '<freejoint/><frame pos="0 0.3 0">')
+    beside = beside.replace("</body></worldbody>", "</frame></body></worldbody>")
+    assert np.ravel(angles(beside)) == pytest.approx(np.ravel(angles(HUMANOID)), abs=1e-6)
 
 
 def test_a_load_on_one_side_is_balanced_by_different_angles():
