@@ -41,6 +41,8 @@ MOST = 10_000
 REPORTS = 20  # least number of progress reports, unless there are few worlds
 HOLDS = 0.75
 """Least share of its nominal result that a gait that holds keeps in each check."""
+COURSE = math.radians(20)
+"""Largest root mean square of the yaw of a gait that holds its course; a steady turn by 35°."""
 
 # The horn of a servo fits its spline only in steps, so each joint of a built robot has a constant
 # error, which turns the robot off its course. Experiments draw such errors from small seeds.
@@ -72,6 +74,11 @@ class Outcome:
     fell: bool
     failure: str = ""
     yaw: float = math.nan
+
+    @property
+    def strays(self) -> bool:
+        """Whether the body turns away from its course by more than `COURSE`."""
+        return self.yaw > COURSE
 
     def to_dict(self) -> dict[str, Any]:
         """Return the values for JSON."""
@@ -411,21 +418,24 @@ class CheckResults(WorldResults):
 
     @cached_property
     def passed(self) -> tuple[bool, ...]:
-        """Whether the body stays upright and keeps at least `HOLDS` of its result, by world."""
+        """Whether the body stays upright and on course and keeps `HOLDS` of its result, by world."""
         return tuple(
-            not one.fell and self.kept_in(at) >= HOLDS for at, one in enumerate(self.outcomes)
+            not one.fell and not one.strays and self.kept_in(at) >= HOLDS
+            for at, one in enumerate(self.outcomes)
         )
 
     @property
     def holds(self) -> bool:
-        """Whether the gait passes all checks, and stays upright in its own world."""
-        return all(self.passed) and not self.nominal.fell
+        """Whether the gait passes all checks, and stays upright and on course in its own world."""
+        return all(self.passed) and not self.nominal.fell and not self.nominal.strays
 
     @property
     def worst(self) -> int:
-        """Index of the world in which the gait keeps least; one with a fall, if there is any."""
+        """Index of the world in which the gait keeps least; one with a fall, or another failed one,
+        if there is any."""
         return min(
-            range(len(self.worlds)), key=lambda at: (not self.outcomes[at].fell, self.kept_in(at))
+            range(len(self.worlds)),
+            key=lambda at: (not self.outcomes[at].fell, self.passed[at], self.kept_in(at)),
         )
 
     @property
@@ -446,12 +456,17 @@ class CheckResults(WorldResults):
             return "Not checked in other worlds, as the gait does not move forward in its own."
         if self.nominal.fell:
             return "Does not hold: falls in its own world."
+        if self.nominal.strays:
+            turn = math.degrees(self.nominal.yaw)
+            return f"Does not hold its course: its yaw is {turn:.0f}° (RMS) in its own world."
         total, worst = f"{self.nominal.result:.2f} {self.unit}".rstrip(), self.worst
         world, count = describe(self.worlds[worst]), f"{len(self.worlds)} checks"
         kept = f"keeps {100 * self.kept_in(worst):.0f} % of {total}"
         if self.holds:
             return f"Holds: {kept} in the worst of {count} ({world})."
-        falls = " and falls" if self.outcomes[worst].fell else ""
+        end = self.outcomes[worst]
+        strays = f" and turns by {math.degrees(end.yaw):.0f}° (RMS)" if end.strays else ""
+        falls = " and falls" if end.fell else strays
         failed = self.passed.count(False)
         return f"Does not hold: {kept}{falls} at {world}; fails {failed} of {count}."
 

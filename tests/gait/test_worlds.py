@@ -145,6 +145,13 @@ class TestChecks:
         assert not checked(walked(4.0, fell=True), walked(4.0)).holds
         assert checked(whole, walked(-np.inf)).kept_in(0) == 0
 
+    def test_a_gait_that_turns_off_its_course_does_not_hold(self):
+        turning = walked(4.0, yaw=np.radians(40))
+        found = checked(walked(4.0), walked(3.9), turning)
+        assert (found.passed, found.worst) == ((True, False), 1)
+        assert "turns by 40°" in found.summary
+        assert "course" in checked(turning, walked(4.0)).summary
+
     def test_the_worst_check_is_one_with_a_fall(self):
         found = checked(walked(4.0), walked(2.0), walked(3.0, fell=True), walked(3.9))
         assert found.outcomes[found.worst].fell

@@ -177,7 +177,7 @@ def check_results(found: CheckResults) -> Passage:
             describe(world),
             format_or_dash(one.result, 3),
             format_percent(found.kept_in(at)),
-            one.failure or "falls" * one.fell,
+            one.failure or "falls" * one.fell or "strays" * one.strays,
         )
         for at, (world, one) in enumerate(zip(found.worlds, found.outcomes, strict=True))
     )
