@@ -1,14 +1,15 @@
 """The direction of a robot's nose, which the names of its legs or its shape indicate."""
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from gaitsim_robot.anatomy import Facing, Side, name_legs
+from gaitsim_robot.anatomy import Facing, Floats, Side, name_legs
 from gaitsim_robot.limbs import Limb
+from gaitsim_robot.names import places, rows
 
+CLOSE = 0.05  # share of a leg's length; closer legs have the same place along an axis
 ALIKE = 0.2  # largest difference between mirrored legs, as a share of a leg's length
 LONGER = 1.3  # ratio of the extents along y and x above which a robot faces along y
 HEADINGS: Mapping[Facing, tuple[int, int]] = {
@@ -19,32 +20,17 @@ HEADINGS: Mapping[Facing, tuple[int, int]] = {
 }
 """Direction of the nose for each value of `facing`: components along x and y."""
 
-_WORD = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
-_FRONT = {"front": 1, "fore": 1, "rear": -1, "hind": -1, "back": -1}
-_LEFT = {"left": 1, "right": -1}
-_PAIRS = {  # front or rear, and left or right
-    **dict.fromkeys(("fl", "lf"), (1, 1)),
-    **dict.fromkeys(("fr", "rf"), (1, -1)),
-    **dict.fromkeys(("rl", "lr", "hl", "lh", "bl", "lb"), (-1, 1)),
-    **dict.fromkeys(("rr", "hr", "rh", "br", "rb"), (-1, -1)),
-}
-_LETTER = {"l": 1, "r": -1}
 
+def facings_of_names(model: Any, limbs: Sequence[Limb], *, numbers: bool = True) -> list[Facing]:
+    """Return the directions of the nose that the names of legs confirm and no name contradicts.
 
-def facings_of_names(model: Any, limbs: Sequence[Limb]) -> list[Facing]:
-    """Return the directions of the nose that no name of a leg contradicts.
-
-    Returns:
-        The directions; [] unless the names distinguish front from rear and left from right.
+    Args:
+        model: MuJoCo's model.
+        limbs: the legs.
+        numbers: whether the numbers of legs also count, from front to rear.
     """
-    named = [_named_place(model, limb) for limb in limbs]
-    if not all(_distinguished(named)):
-        return []
-    seen = np.array([[_sign(limb, limbs, axis) for axis in (0, 1)] for limb in limbs])
-    turned = {  # to the front and to the left
-        facing: seen @ np.array([[x, -y], [y, x]]) for facing, (x, y) in HEADINGS.items()
-    }
-    return [facing for facing, place in turned.items() if (place * named >= 0).all()]
+    told = _told(model, limbs, numbers)
+    return [facing for facing in HEADINGS if _fits(limbs, told, facing)]
 
 
 def misnamed(
@@ -58,28 +44,69 @@ def misnamed(
         sides: side of each leg.
         fitting: directions of the nose in the file that would contradict no name.
     """
+    told = _told(model, limbs)
+    contradicted = _agreement(limbs, told, "+x").min(axis=2)[:-1] < 0
+    if not contradicted.any():
+        return ()
+    # A leg on the wrong side of the middle of all legs, or else one in a wrong order.
+    wrong = contradicted[:, -1] if contradicted[:, -1].any() else contradicted.any(axis=1)
+    index = int(np.argmax(wrong))
+    limb = limbs[index]
     remedy = (
         f"set 'organism.facing' to {fitting[0]}, which fits all names"
         if len(fitting) == 1
         else "set 'organism.facing' to the direction of the nose in the file (+x, -x, +y or -y), "
         "or rename the joints"
     )
-    named = [_named_place(model, limb) for limb in limbs]
-    told = _distinguished(named)
-    for name, limb, said in zip(name_legs(sides), limbs, named, strict=True):
-        place = _sign(limb, limbs, 0), _sign(limb, limbs, 1)
-        if any(told[axis] and said[axis] * place[axis] < 0 for axis in (0, 1)):
-            return (
-                f"joint {model.joint(limb.joints[0]).name!r} belongs to leg {name}, "
-                f"{_describe_place(place)}, although its name says {_describe_place(said)}; "
-                f"{remedy}",
-            )
-    return ()
+    return (
+        f"joint {model.joint(limb.joints[0]).name!r} belongs to leg {name_legs(sides)[index]}, "
+        f"{_describe_place(_sign(limb, limbs, 0), _sign(limb, limbs, 1))}, although its name says "
+        f"{_describe_place(*np.nan_to_num(np.sign(told[index])))}; {remedy}",
+    )
 
 
-def _distinguished(named: Sequence[tuple[int, int]]) -> list[bool]:
-    """Return whether names distinguish front from rear, and left from right."""
-    return [set(column) >= {1, -1} for column in zip(*named, strict=True)]
+def names_of(model: Any, limb: Limb) -> list[str]:
+    """Return the names of a limb's joints and links."""
+    joints = [model.joint(joint).name for joint in limb.joints]
+    return joints + [model.body(body).name for body in limb.parts]
+
+
+def _told(model: Any, limbs: Sequence[Limb], numbers: bool = True) -> Floats:
+    """Return the places that names tell, (limbs, 2), as `places` does, or numbers to the front."""
+    names = [names_of(model, limb) for limb in limbs]
+    told = places(names)
+    if numbers and np.isnan(told[:, 0]).all():
+        numbered = np.column_stack([rows(names, told[:, 1]), told[:, 1]])
+        # Numbers that go around the robot do not count from front to rear.
+        if any(_fits(limbs, numbered, facing, axes=1) for facing in HEADINGS):
+            return numbered
+    return told
+
+
+def _fits(limbs: Sequence[Limb], told: Floats, facing: Facing, axes: int = 2) -> bool:
+    """Return whether a pair of legs confirms a direction and none contradicts it."""
+    agreement = _agreement(limbs, told, facing)[:, :, :axes]
+    return bool((agreement >= 0).all() and (agreement > 0).any())
+
+
+def _agreement(limbs: Sequence[Limb], told: Floats, facing: Facing) -> Floats:
+    """Return whether pairs of legs are in the order that their names tell if the robot faces there.
+
+    Returns:
+        1 for pairs in this order, -1 in the opposite one, and 0 otherwise, from front to rear and
+        from left to right, (limbs + 1, limbs + 1, 2). The last is the middle of all legs.
+    """
+    x, y = HEADINGS[facing]
+    ends = np.array([[limb.hip[:2], limb.chain.tip[:2]] for limb in limbs])
+    ends = np.concatenate([ends, ends.mean(axis=0, keepdims=True)]) @ [[x, -y], [y, x]]
+    told = np.vstack([told, [0, 0]])
+    apart = ends[:, None] - ends
+    apart[np.abs(apart) < CLOSE * np.mean([limb.length for limb in limbs])] = 0
+    hips, tips = apart[:, :, 0], apart[:, :, 1]
+    said = np.nan_to_num(np.sign(told[:, None] - told))
+    said[told[:, None, 1] * told[:, 1] < 0, 0] = 0  # legs on both sides may be staggered
+    agreement: Floats = np.sign(np.where(hips, hips, tips)) * said
+    return agreement
 
 
 def facing_of_shape(limbs: Sequence[Limb], default: int) -> Facing:
@@ -90,13 +117,19 @@ def facing_of_shape(limbs: Sequence[Limb], default: int) -> Facing:
     """
     along_y = _faces_along_y(limbs)
     axis, sign = (1, default) if along_y else (0, 1)
-    for joint, least in ((-1, 0.02), (0, 0.08)) if len(limbs) == 2 else ():
-        toes = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
-        if abs(np.mean(toes)) > least:  # measured from the ankle, or else from the hip
-            sign = int(np.sign(np.mean(toes)))
-            break
+    if len(limbs) == 2:
+        sign = toes(limbs, axis) or sign
     heading = (0, sign) if along_y else (sign, 0)
     return next(facing for facing, other in HEADINGS.items() if other == heading)
+
+
+def toes(limbs: Sequence[Limb], axis: int) -> int:
+    """Return in which direction along an axis feet point: 1, -1, or 0 if neither is clear."""
+    for joint, least in ((-1, 0.02), (0, 0.08)):  # measured from the ankle, or else from the hip
+        ahead = [(one.chain.tip - one.chain.anchors[joint])[axis] / one.length for one in limbs]
+        if abs(np.mean(ahead)) > least:
+            return int(np.sign(np.mean(ahead)))
+    return 0
 
 
 def _faces_along_y(limbs: Sequence[Limb]) -> bool:
@@ -137,35 +170,12 @@ def _sign(limb: Limb, limbs: Sequence[Limb], axis: int) -> int:
     """Return on which side of the middle of all legs a leg is along an axis; 0 in the middle."""
     middle = float(np.mean([one.hip[axis] for one in limbs]))
     for place in (limb.hip[axis] - middle, limb.chain.tip[axis] - middle):
-        if abs(place) > 0.05 * limb.length:
+        if abs(place) > CLOSE * limb.length:
             return 1 if place > 0 else -1
     return 0
 
 
-def _describe_place(place: tuple[int, int]) -> str:
-    """Return 'front left' for (1, 1), 'left' for (0, 1), and 'middle' for (0, 0)."""
-    front, left = place
-    words = {1: "front", -1: "rear"}.get(front), {1: "left", -1: "right"}.get(left)
-    return " ".join(filter(None, words)) or "middle"
-
-
-def _named_place(model: Any, limb: Limb) -> tuple[int, int]:
-    """Return where the names of a leg's joints and links say that it is, such as 'FR_hip'.
-
-    Returns:
-        1 for front, -1 for rear, 0 if the names tell neither or disagree; and 1 for left, -1 for
-        right, 0 likewise.
-    """
-    names = [model.joint(joint).name for joint in limb.joints]
-    names += [model.body(body).name for body in limb.parts]
-    front, left = (sum(set(column)) for column in zip(*map(_place, names), strict=True))
-    return front, left
-
-
-def _place(name: str) -> tuple[int, int]:
-    words = [word.lower() for word in _WORD.findall(name)]
-    pair = next((_PAIRS[word] for word in words if word in _PAIRS), (0, 0))
-    front = next((_FRONT[word] for word in words if word in _FRONT), pair[0])
-    left = next((_LEFT[word] for word in words if word in _LEFT), pair[1])
-    letter = next((_LETTER[word] for word in (*words[:1], *words[-1:]) if word in _LETTER), 0)
-    return front, left or letter
+def _describe_place(front: float, left: float) -> str:
+    """Return 'front left' for 1 and 1, 'left' for 0 and 1, and 'middle' for 0 and 0."""
+    row, side = ("middle", "front", "rear")[int(front)], ("middle", "left", "right")[int(left)]
+    return " ".join(word for word in (row, side) if word != "middle") or "middle"

@@ -17,10 +17,13 @@ from gaitsim_robot.facing import (
     facing_of_shape,
     facings_of_names,
     misnamed,
+    names_of,
     side_of,
+    toes,
 )
 from gaitsim_robot.limbs import Limb, Tree, leg_order
 from gaitsim_robot.linkage import motors
+from gaitsim_robot.names import is_leg
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.standing import Stand
 
@@ -31,6 +34,7 @@ LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 STIFF = math.radians(6.3)  # rad; one turn in radians, read as degrees, as MJCF does by default
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
 SHORT = 0.5  # share of the distance between front and rear hips; a shorter one is only a part
+BESIDE = 0.3  # share of a leg's length, largest distance of the centre of mass beyond all hips
 NAME_FEET = "name the links at the ends of the legs in 'organism.feet'"
 _HALF = 0.5**0.5
 TURNS = {
@@ -104,17 +108,22 @@ class Finder:
     ) -> None:
         self.model, self.feet, self.stance, self.facing = model, feet, stance, facing
         self.rest, self.given = self._rest()
+        self.by_names = True  # whether names such as 'wing' exclude limbs
+        self.ignored = False  # whether such limbs were ignored
         self._check_geometry()
 
     def find(self) -> Anatomy:
         """Return the anatomy."""
         first: GaitsimError | None = None
-        for note, turn in TURNS.items():
-            try:
-                return self._find(_rotate_trunk(self.rest, turn), (note,) if note else ())
-            except GaitsimError as error:
-                first = first or error
-            if self.given:
+        for self.by_names in (True, False):
+            for note, turn in TURNS.items():
+                try:
+                    return self._find(_rotate_trunk(self.rest, turn), (note,) if note else ())
+                except GaitsimError as error:
+                    first = first or error
+                if self.given:
+                    break
+            if not self.ignored:
                 break
         assert first is not None
         raise first
@@ -160,17 +169,18 @@ class Finder:
         return rest, given or bool(self.stance)
 
     def _find(self, rest: Floats, notes: tuple[str, ...]) -> Anatomy:
-        limbs = self._legs(self._tree(rest))
+        limbs, ignored = self._legs(self._tree(rest))
         shape = facing_of_shape(limbs, default=-1 if notes else 1)
         fitting = facings_of_names(self.model, limbs)
         facing = self.facing
         if facing == "auto":
-            facing = fitting[0] if len(fitting) == 1 else shape
+            likely = fitting or facings_of_names(self.model, limbs, numbers=False)
+            facing = likely[0] if len(likely) == 1 else shape
         if facing != "+x":
             x, y = HEADINGS[facing]
             angle = -math.atan2(y, x) / 2
             rest = _rotate_trunk(rest, (np.cos(angle), 0.0, 0.0, np.sin(angle)))
-            limbs = self._legs(self._tree(rest))
+            limbs, ignored = self._legs(self._tree(rest))
             named = self.facing == "auto" and facing != shape
             reason = ", as the names of its legs say" if named else ""
             notes = (*notes, f"the robot faces {facing}{reason}; it is turned to face +x")
@@ -181,17 +191,49 @@ class Finder:
         for joint, angle in (self.stance or {}).items():
             rest[self.model.joint(joint).qposadr[0]] = angle
         standing, note = self._stand(stand, rest)
-        notes += note
+        notes += ignored + note
         warnings = misnamed(self.model, limbs, sides, fitting)
+        if self.facing == "auto" and facing != shape and len(limbs) == 2 and toes(limbs, 0) < 0:
+            warnings += (
+                f"the feet point to {shape}, although the names of the legs say that the robot "
+                f"faces {facing}; if it does not, set 'organism.facing' to {shape}",
+            )
         return self._anatomy(stand, sides, standing, notes, warnings)
 
     def _tree(self, rest: Floats) -> Tree:
         return Tree(self.model, pose_data(self.model, rest))
 
-    def _legs(self, tree: Tree) -> list[Limb]:
+    def _legs(self, tree: Tree) -> tuple[list[Limb], tuple[str, ...]]:
+        """Return the legs, and a note about limbs that their names exclude."""
         if self.feet:
-            return tree.limbs_to([self.model.body(name).id for name in self.feet])
+            return tree.limbs_to([self.model.body(name).id for name in self.feet]), ()
         limbs = tree.limbs()
+        legs = self._reaching(tree, limbs)
+        notes: tuple[str, ...] = ()
+        plain = [limb for limb in limbs if is_leg(names_of(self.model, limb))]
+        if self.by_names and len(plain) < len(limbs):
+            others = self._reaching(tree, plain)
+            ignored = [self.model.body(one.foot).name for one in legs if one not in plain]
+            if ignored and _carry(others, tree.data.subtree_com[1]):
+                self.ignored = True
+                legs = others
+                notes = (
+                    f"not taken for legs because of their names: {shorten(ignored, 8)}; if they "
+                    "are legs, name the links at the ends of all legs in 'organism.feet'",
+                )
+        centre = tree.data.subtree_com[1]
+        if len(legs) < 2 or _are_arms(legs, centre[2]):
+            names = shorten([self.model.body(limb.foot).name for limb in limbs], 8)
+            raise GaitsimError(
+                "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
+                allowed="at least two limbs of hinge joints that reach the ground below the trunk",
+                remedy=self._remedy(),
+            )
+        check_count(len(legs), LEGS, "legs", remedy=NAME_FEET)
+        return legs, notes
+
+    def _reaching(self, tree: Tree, limbs: list[Limb]) -> list[Limb]:
+        """Return the limbs that reach lowest."""
         limbs_in_pairs = _with_counterparts(limbs)
         if not self.given and _lies_on_its_side(limbs_in_pairs):
             raise GaitsimError("the robot lies on its side", remedy="make z point up in the file")
@@ -211,16 +253,7 @@ class Finder:
             and np.ptp(limb.tips[:, 2]) > LIFT * deepest
             and (hanging < UPRIGHT * deepest or hang > hanging)
         ]
-        legs = _with_counterparts(legs)
-        if len(legs) < 2 or _are_arms(legs, centre[2]):
-            names = shorten([self.model.body(limb.foot).name for limb in limbs], 8)
-            raise GaitsimError(
-                "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
-                allowed="at least two limbs of hinge joints that reach the ground below the trunk",
-                remedy=self._remedy(),
-            )
-        check_count(len(legs), LEGS, "legs", remedy=NAME_FEET)
-        return legs
+        return _with_counterparts(legs)
 
     def _remedy(self) -> str:
         """Return what to do if no legs are found."""
@@ -333,6 +366,15 @@ def _with_counterparts(legs: list[Limb]) -> list[Limb]:
     return [
         limb for limb in legs if any(_are_alike(limb, other) for other in legs if other is not limb)
     ]
+
+
+def _carry(limbs: Sequence[Limb], centre: Floats) -> bool:
+    """Return whether two or more limbs are around the centre of mass, unlike a dog's hind legs."""
+    if len(limbs) < 2:
+        return False
+    hips = np.array([limb.hip[:2] for limb in limbs])
+    beyond = np.maximum(hips.min(axis=0) - centre[:2], centre[:2] - hips.max(axis=0))
+    return bool(beyond.max() < BESIDE * np.mean([limb.length for limb in limbs]))
 
 
 def _are_arms(limbs: Sequence[Limb], height: float) -> bool:
