@@ -90,7 +90,7 @@ class Stand:
     def on_ground(self, qpos: Floats) -> Floats:
         """Return the pose with its lowest foot on the ground z = 0."""
         points = self.pose(qpos)
-        grounded = self.data.qpos.copy()
+        grounded: Floats = self.data.qpos.copy()
         grounded[2] -= min(self._lowest_heights(points))
         return grounded
 
@@ -170,10 +170,9 @@ class Stand:
             rest: pose that joints outside the legs keep and that legs stay close to, (nq,).
         """
         problem = ""
-        orders = (SPRAWLED, UPRIGHT) if self._is_sprawled() else (UPRIGHT, SPRAWLED)
-        if list(self.partners) == [1, 0]:
-            orders = BIPED, SPRAWLED
-        for outward, down in (*orders[0], *orders[1]):
+        is_pair = list(self.partners) == [1, 0]
+        sprawls, upright = not is_pair and self._is_sprawled(), BIPED if is_pair else UPRIGHT
+        for outward, down in (*SPRAWLED, *upright) if sprawls else (*upright, *SPRAWLED):
             found = self._attempt(rest, outward, down)
             reason = self.problem(found, True)
             if not reason:
