@@ -617,11 +617,22 @@ def _wrong_values(
                 yield name, int(at)
 
 
-def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Generation]:
+def populations(
+    run: RunSnapshot,
+    generations: Sequence[int],
+    begin: Callable[[int], object] = lambda individuals: None,
+    advance: Callable[[int], object] = lambda individuals: None,
+) -> Iterator[Generation]:
     """Yield generations of a run with all their individuals, in order.
 
     If the run did not keep all of them, they are evolved again, from the first generation on. They
     must match the record.
+
+    Args:
+        run: the run.
+        generations: numbers of the generations.
+        begin: called with the number of individuals that are evolved again, if there are any.
+        advance: called with the number of individuals after each generation that is evolved again.
 
     Raises:
         RunError: a generation does not exist, or differs from the record.
@@ -636,7 +647,13 @@ def populations(run: RunSnapshot, generations: Sequence[int]) -> Iterator[Genera
         if kept
         else evolve_again(run, wanted[-1], Evaluator)
     )
+    if not kept:
+        lasted = ((one.outline, min(one.last, wanted[-1]) - one.first + 1) for one in run.stages)
+        sizes = ((one.evolution.population * one.islands.number, long) for one, long in lasted)
+        begin(sum(size * max(long, 0) for size, long in sizes))
     for generation in found:
+        if not kept:
+            advance(len(generation.genomes))
         if wrong := wrong_checksums(run, generation):
             how, remedy = "when evolved again", "use the versions and the machine that evolved it"
             if kept:

@@ -3,7 +3,7 @@
 import csv
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import islice
@@ -94,7 +94,7 @@ def _individuals(
         numbers = _generations(population, run.generation)
         sizes = [run.stage_at(number).outline for number in numbers]
         count = sum(one.evolution.population * one.islands.number for one in sizes)
-        individuals = _whole(run, numbers)
+        individuals = _whole(run, numbers, lambda more: subject.begin(count + more), subject.advance)
     if not numbers:
         raise GaitsimError(
             f"no generation to export: the run has {run.generation}",
@@ -122,9 +122,9 @@ def _generations(text: str, last: int) -> list[int]:
     )
 
 
-def _whole(run: RunSnapshot, numbers: Sequence[int]) -> Numbered:
+def _whole(run: RunSnapshot, numbers: Sequence[int], *progress: Callable[[int], object]) -> Numbered:
     """Yield all individuals of some generations."""
-    for generation in populations(run, numbers):
+    for generation in populations(run, numbers, *progress):
         experiment = run.experiment_at(generation.number)
         for first in range(0, len(generation.genomes), _GROUP):
             motion = move_genomes(experiment, generation.genomes[first : first + _GROUP])

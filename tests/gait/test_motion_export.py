@@ -157,7 +157,13 @@ def test_kept_populations_are_not_evolved_again(gaitsim, finished, tmp_path, mon
     arguments = ("--generations", 5, "--set", "evolution.keep_every=2", "--out", "kept")
     gaitsim("run", "puppet.toml", *arguments)
     run = gs.load("kept")
-    run.export(tmp_path / "again.npz", "motion", population="1,2,4,5")
+    totals, done = [], []
+    subject = Subject(run.snapshot, (run.replay(),), totals.append, done.append)
+    write_motion(subject, tmp_path / "again.npz", None, "1,2,4,5")
+    size = run.experiment.evolution.population
+    assert totals == [4 * size, 9 * size]  # five generations are evolved again
+    assert sum(done) == totals[-1]
+    assert done[0] == size
     monkeypatch.setattr("gaitsim.storage.verification.evolve_again", None)
     run.export(tmp_path / "kept.npz", "motion", population="2,4,5")
     again, kept = load(tmp_path / "again.npz"), load(tmp_path / "kept.npz")
