@@ -1,7 +1,8 @@
 """Feet: contacts with the ground, phases within a stride and their place on the body."""
 
 from dataclasses import dataclass
-from itertools import chain
+from functools import lru_cache
+from itertools import chain, pairwise
 from typing import Any
 
 import numpy as np
@@ -114,14 +115,15 @@ def feet_of_each(
     population, frames, count = touching.shape
     found = Steps(touching, frame_rate, np.full(population, frames) if dynamic else None, commanded)
     downs = found.downs.transpose(0, 2, 1).reshape(-1, frames)
-    landed = np.split(np.nonzero(downs)[1], np.cumsum(downs.sum(axis=1))[:-1])
+    landed = np.nonzero(downs)[1].tolist()
+    ends = [0, *np.cumsum(downs.sum(axis=1)).tolist()]
     swings, stances = _mean_durations(found.stance)
     feet = [
-        Foot(names[n % count], duty, tuple(down.tolist()), stance, swing, each)
-        for n, (duty, down, stance, swing, each) in enumerate(
+        Foot(names[n % count], duty, tuple(landed[begin:end]), stance, swing, each)
+        for n, (duty, (begin, end), stance, swing, each) in enumerate(
             zip(
                 found.duty_factor.ravel().tolist(),
-                landed,
+                pairwise(ends),
                 _known(stances / frame_rate),
                 _known(swings / frame_rate),
                 _known(found.touches.ravel()),
@@ -318,7 +320,13 @@ def layout_of(feet: Floats) -> Layout | None:
     Args:
         feet: positions relative to the body, (frames, feet, 3), metres: x forward, y left.
     """
-    x, y, _ = feet.mean(axis=0).T
+    return _layout(feet.mean(axis=0).astype(np.float64).tobytes())
+
+
+@lru_cache(256)
+def _layout(places: bytes) -> Layout | None:
+    """Return the pairs of feet at mean places, float64 (feet, 3); members of an atlas share them."""
+    x, y, _ = np.frombuffer(places).reshape(-1, 3).T
     width = np.abs(y).max(initial=0.0)
     left, right = np.flatnonzero(y > _MIDDLE * width), np.flatnonzero(y < -_MIDDLE * width)
     if not len(left) or len(left) != len(right) or len(left) + len(right) != len(x):

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -260,23 +261,26 @@ def nearest(phases: Floats, layout: Layout) -> tuple[Nearest, Mapping[str, float
         phases: phase of each foot, (feet,), cycles; feet with NaN do not step and are ignored.
         layout: positions of the feet along the body.
     """
-    known = references(layout)
-    away, shifted = fit(phases, np.stack([*known.values()]))
-    distances = dict(zip(known, away.tolist(), strict=True))
-    least = int(np.argmin(away))
-    closest = Nearest([*known][least], float(away[least]), shifted[least])
+    known, patterns = _patterns(layout)
+    away, shifted = fit(phases, patterns)
+    distances = dict(zip(known, away.tolist(), strict=False))
+    least = int(np.argmin(away[: len(known)]))
+    closest = Nearest(known[least], float(away[least]), shifted[least])
     if closest.distance <= NEAR or layout.pairs < 3:
         return closest, distances
-    wave = metachronal(phases, layout)
+    lag = int(np.argmin(away[len(known) :]))
+    least = len(known) + lag
+    wave = Nearest("metachronal", float(away[least]), shifted[least], float(_LAGS[lag]))
     distances["metachronal"] = wave.distance
     return min(closest, wave, key=lambda one: one.distance), distances
 
 
-def metachronal(phases: Floats, layout: Layout) -> Nearest:
-    """Return the nearest gait with the same lag from foot to foot along each side."""
-    away, shifted = fit(phases, _ACROSS[:, None] * layout.side + _LAGS[:, None] * layout.place)
-    least = int(np.argmin(away))
-    return Nearest("metachronal", float(away[least]), shifted[least], float(_LAGS[least]))
+@lru_cache(16)
+def _patterns(layout: Layout) -> tuple[list[str], Floats]:
+    """Return the names of the reference gaits, and their phases followed by those of waves."""
+    known = references(layout)
+    waves = _ACROSS[:, None] * layout.side + _LAGS[:, None] * layout.place
+    return [*known], np.concatenate([np.stack([*known.values()]), waves])
 
 
 NONE, STANDING = "none", "standing"
