@@ -325,7 +325,7 @@ def layout_of(feet: Floats) -> Layout | None:
 
 @lru_cache(256)
 def _layout(places: bytes) -> Layout | None:
-    """Return the pairs of feet at mean places, float64 (feet, 3); members of an atlas share them."""
+    """Return the pairs of feet at mean places, float64 (feet, 3); an atlas has few."""
     x, y, _ = np.frombuffer(places).reshape(-1, 3).T
     width = np.abs(y).max(initial=0.0)
     left, right = np.flatnonzero(y > _MIDDLE * width), np.flatnonzero(y < -_MIDDLE * width)

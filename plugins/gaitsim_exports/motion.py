@@ -94,7 +94,9 @@ def _individuals(
         numbers = _generations(population, run.generation)
         sizes = [run.stage_at(number).outline for number in numbers]
         count = sum(one.evolution.population * one.islands.number for one in sizes)
-        individuals = _whole(run, numbers, lambda more: subject.begin(count + more), subject.advance)
+        individuals = _whole(
+            run, numbers, lambda more: subject.begin(count + more), subject.advance
+        )
     if not numbers:
         raise GaitsimError(
             f"no generation to export: the run has {run.generation}",
@@ -122,7 +124,9 @@ def _generations(text: str, last: int) -> list[int]:
     )
 
 
-def _whole(run: RunSnapshot, numbers: Sequence[int], *progress: Callable[[int], object]) -> Numbered:
+def _whole(
+    run: RunSnapshot, numbers: Sequence[int], *progress: Callable[[int], object]
+) -> Numbered:
     """Yield all individuals of some generations."""
     for generation in populations(run, numbers, *progress):
         experiment = run.experiment_at(generation.number)

@@ -5,7 +5,6 @@ picture, the w of a plane is affine, and the w of a quadric is the root of a qua
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gaitsim.render.scene.camera import NEAR, Camera, Points
 from gaitsim.render.scene.solids import FINE, SHADES, Drawn, Surfaces, rotations
