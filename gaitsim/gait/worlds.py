@@ -418,7 +418,7 @@ class CheckResults(WorldResults):
 
     @cached_property
     def passed(self) -> tuple[bool, ...]:
-        """Whether the body stays upright and on course and keeps `HOLDS` of its result, by world."""
+        """Whether the body stays upright, on course, and keeps `HOLDS` of its result, by world."""
         return tuple(
             not one.fell and not one.strays and self.kept_in(at) >= HOLDS
             for at, one in enumerate(self.outcomes)
@@ -431,8 +431,7 @@ class CheckResults(WorldResults):
 
     @property
     def worst(self) -> int:
-        """Index of the world in which the gait keeps least; one with a fall, or another failed one,
-        if there is any."""
+        """Index of the world in which the gait keeps least, of those with falls or other faults."""
         return min(
             range(len(self.worlds)),
             key=lambda at: (not self.outcomes[at].fell, self.passed[at], self.kept_in(at)),

@@ -26,7 +26,7 @@ from gaitsim.portable import scalar
 Floats = NDArray[np.float64]
 
 FEW = 1000
-"""How many numbers a function maps in plain Python, at 5 to 50 µs each, before it is compiled, which
+"""How many numbers a function maps in plain Python, at 5 to 50 µs each, before it compiles, which
 takes up to half a second on a new machine. The bits are the same."""
 _counts: Counter[str] = Counter()
 

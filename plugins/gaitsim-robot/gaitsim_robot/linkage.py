@@ -23,7 +23,7 @@ from gaitsim_robot.chain import (
 
 Indices = NDArray[np.intp]
 CLOSED = 30.0  # weight of an open linkage, × that of an error of the tip
-SETTLING = 30  # iterations that find the angles of dependent joints
+SETTLING = 15  # iterations that find the angles of dependent joints
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ class Linkage(Chain):
         for _ in range(iterations):
             frames = self._frames(angles)
             error, slope = self._gaps(frames, angles)
-            if targets is not None and weights is not None:
+            if targets is not None and orientation is not None and weights is not None:
                 rows = np.flatnonzero(weights)
                 tip = self._at(frames, self.holder, self.tip)
                 rotation = frames[0][..., self.holder, :, :]
@@ -151,7 +151,10 @@ class Linkage(Chain):
             if len(parents):
                 before, moved = rotations[..., parents[-1], :, :], shifts[..., parents[-1], :]
             else:
-                before, moved = np.broadcast_to(np.eye(3), (*rotations.shape[:-3], 3, 3)), 0.0
+                before, moved = (
+                    np.broadcast_to(np.eye(3), (*rotations.shape[:-3], 3, 3)),
+                    np.zeros(3),
+                )
             anchors[..., joint, :] = multiply(before, anchor) + moved
             axes[..., joint, :] = multiply(before, axis)
             skew = cross_matrix(axis)

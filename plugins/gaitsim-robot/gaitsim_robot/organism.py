@@ -90,6 +90,7 @@ from gaitsim_robot.loading import (
 from gaitsim_robot.measures import measures
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
+from gaitsim_robot.text import with_motors
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
@@ -235,6 +236,12 @@ class Robot(Organism):
     feet: tuple[str, ...] = option(
         (), "names of the links at the ends of the legs; by default, gaitsim finds the legs"
     )
+    motors: tuple[str, ...] = option(
+        (),
+        "names of the joints with motors; others are passive, with their springs and damping; by "
+        "default, those that the actuators or transmissions in the robot's file drive, or all if "
+        "it states none; a joint without limits turns by ±90°",
+    )
     facing: Facing = option(
         "auto",
         "direction of the nose in the robot's file, with z up; 'auto' follows the names of the "
@@ -338,6 +345,11 @@ class Robot(Organism):
             text = robot_text(self.model, folder, roots, **scales)
             for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
                 object.__setattr__(self, name, value)  # the model is frozen
+            try:
+                _ = self.text
+            except GaitsimError as error:
+                error.key = "motors"
+                raise
             _ = self.anatomy
         except GaitsimError as error:
             error.key = error.key or "model"
@@ -364,9 +376,8 @@ class Robot(Organism):
     @property
     def text(self) -> str:
         """Text of the robot, an MJCF document."""
-        if self.model in BUNDLED:
-            return bundled_text(self.model)
-        return self.model
+        text = bundled_text(self.model) if self.model in BUNDLED else self.model
+        return with_motors(text, self.motors) if self.motors else text
 
     @property
     def frames(self) -> int:

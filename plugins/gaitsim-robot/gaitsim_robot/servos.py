@@ -159,6 +159,8 @@ def _servo_from_text(
     if given:
         reduced = _assumption("stiffness", "N m/rad", given, limit / NARROW)
         notes.insert(0, reduced or f"stiffness {given:.3g} N m/rad")
+        if not model.dof_armature[model.jnt_dofadr[index]]:
+            notes.append("armature assumed")
         given = min(given, limit / NARROW)
     servo = _assumed_servo(
         "model",
@@ -173,7 +175,11 @@ def _servo_from_text(
     damping = float(model.jnt_user[index, 2]) if model.nuser_jnt > 2 else 0.0
     if not damping + passive:
         damping = DAMPING_TIME * given
-    return replace(servo, stiffness=given, damping=max(damping, STABLE * given - passive))
+    damping = max(damping, STABLE * given - passive)
+    # Without an armature, a light link with a strong servo is unstable.
+    stated = model.dof_armature[model.jnt_dofadr[index]] > 0
+    armature = 0.0 if stated else servo.armature
+    return replace(servo, stiffness=given, damping=damping, armature=armature)
 
 
 def _assumption(quantity: str, unit: str, given: float, most: float, how: str = "") -> str:

@@ -21,8 +21,9 @@ from collections.abc import Mapping
 from functools import lru_cache
 from hashlib import sha256
 from typing import Any
-from xml.etree.ElementTree import Element
+from xml.etree.ElementTree import Element, SubElement, tostring
 
+from gaitsim.plugin import unknown
 from gaitsim_robot.child import run_in_child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.markup import parse
@@ -214,6 +215,34 @@ def compile_model(text: str) -> Any:
     import mujoco
 
     return mujoco.MjModel.from_xml_string(text)
+
+
+@lru_cache(maxsize=16)
+def with_motors(text: str, names: tuple[str, ...]) -> str:
+    """Return a robot's text with motors in these joints alone.
+
+    Raises:
+        RobotError: there is no such joint, or it does not turn.
+    """
+    model = compile_model(text)
+    root = parse(text.encode(), WHERE, encoding="utf-8")
+    hinges = {one.get("name", ""): one for one in root.iter("joint") if one.get("axis")}
+    for name in names:
+        if name not in hinges:
+            raise unknown("joint", name, [model.joint(i).name for i in range(1, model.njnt)])
+        if hinges[name].get("type") == "slide":
+            raise RobotError(f"the joint {name!r} slides, and motors only turn joints")
+        if "range" not in hinges[name].attrib:
+            hinges[name].set("range", "-1.5708 1.5708")
+    for actuator in root.findall("actuator"):
+        root.remove(actuator)
+    motors = SubElement(root, "actuator")
+    for name in names:
+        SubElement(motors, "motor", joint=name)
+    changed = tostring(root, "unicode")
+    check_text(changed)
+    trust(changed)
+    return changed
 
 
 def compile_text(text: str) -> dict[str, Any]:

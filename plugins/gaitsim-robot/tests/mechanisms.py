@@ -10,15 +10,15 @@ Part = tuple[str, str, str]
 
 
 def rod(x: float, z: float, size: float = 0.008) -> str:
-    return f'<geom type="capsule" fromto="0 0 0 {x} 0 {z}" size="{size}" density="500"/>'
+    return f'<geom type="capsule" fromto="0 0 0 {x} 0 {z}" size="{size}"/>'
 
 
 def ball(x: float, z: float) -> str:
-    return f'<geom type="sphere" pos="{x} 0 {z}" size="0.012" density="500"/>'
+    return f'<geom type="sphere" pos="{x} 0 {z}" size="0.012"/>'
 
 
 def hinge(name: str, more: str = 'range="-1 1"') -> str:
-    return f'<joint name="{name}" axis="0 1 0" damping="0.01" {more}/>'
+    return f'<joint name="{name}" axis="0 1 0" damping="0.01" armature="5e-4" {more}/>'
 
 
 def servo(*joints: str) -> str:
@@ -110,8 +110,9 @@ def mechanism(name: str, folder: Path, more: str = "") -> Path:
     bodies, equalities, actuators = ("".join(kind) for kind in zip(*parts, strict=True))
     path = folder / f"{name}.xml"
     path.write_text(
-        f'<mujoco model="{name}"><compiler angle="radian"/><worldbody><body name="trunk" '
-        'pos="0 0 0.3"><freejoint/><geom type="box" size="0.15 0.06 0.02" density="500"/>'
+        f'<mujoco model="{name}"><compiler angle="radian"/><default>'
+        '<geom density="500" contype="2" conaffinity="0"/></default><worldbody><body name="trunk" '
+        'pos="0 0 0.3"><freejoint/><geom type="box" size="0.15 0.06 0.02"/>'
         f"{bodies}{more}</body></worldbody><equality>{equalities}</equality>"
         f"<actuator>{actuators}</actuator></mujoco>"
     )

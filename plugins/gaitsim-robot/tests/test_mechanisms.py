@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from mechanisms import MECHANISMS, SHANK, THIGH, mechanism
 
+from gaitsim.plugin import GaitsimError
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.linkage import Linkage, chain_to
-from gaitsim_robot.text import compile_model
+from gaitsim_robot.organism import Robot
+from gaitsim_robot.text import compile_model, with_motors
 
 DRIVEN = {
     "five_bar": (("a", "b"), ("pin_a", "pin_b")),
@@ -122,3 +124,29 @@ def test_springs_keep_their_stiffness_and_are_relaxed_without_load(tmp_path):
     slide = model.joint("FL_slide")
     assert model.jnt_type[slide.id] == mujoco.mjtJoint.mjJNT_SLIDE
     assert model.jnt_stiffness[slide.id] == pytest.approx(600)
+
+
+def test_the_option_motors_answers_which_joints_are_driven(tmp_path):
+    file, *_ = read("five_bar", tmp_path)
+    front = tuple(f"{leg}_a" for leg in ("FL", "FR", "RL", "RR"))
+    assert Robot(model=file.text, motors=front).anatomy.joints == front
+    with pytest.raises(GaitsimError, match="FL_b"):
+        Robot(model=file.text, motors=("FL_c",))
+    pogo, *_ = read("pogo", tmp_path)
+    with pytest.raises(GaitsimError, match="slides"):
+        Robot(model=pogo.text, motors=("FL_slide",))
+    # A passive joint without limits gets some with its motor.
+    mimic, *_ = read("mimic", tmp_path)
+    model = compile_model(with_motors(mimic.text, ("FL_hip", "FL_knee")))
+    assert model.joint("FL_knee").range == pytest.approx([-1.5708, 1.5708])
+    assert model.nu == 2
+
+
+def test_a_closed_linkage_walks_and_is_not_steered(tmp_path):
+    file, *_ = read("five_bar", tmp_path)
+    robot = Robot(model=file.text, duration=2.0, symmetry="alternating")
+    start = robot.starts()["trot"][None]
+    motion = robot.move(start)
+    assert motion["torso"][0, -1, 0] > 0.05
+    with pytest.raises(GaitsimError, match="closed linkages"):
+        robot.pilot(start)
