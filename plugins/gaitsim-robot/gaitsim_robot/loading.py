@@ -267,7 +267,8 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
 def _leg(leg: Leg) -> str:
     sole = f" with a sole of {leg.sole[0]:.2g} × {leg.sole[1]:.2g} m" if any(leg.sole) else ""
     return (
-        f"{leg.side}, {leg.length:.3g} m, {len(leg.joints)} joints: {', '.join(leg.joints)}; "
+        f"{leg.side}, {leg.length:.3g} m, {len(leg.joints)} joint{'s' * (len(leg.joints) > 1)}: "
+        f"{', '.join(leg.joints)}; "
         f"foot {leg.foot}{sole}"
     )
 
