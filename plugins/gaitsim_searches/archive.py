@@ -3,15 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import TYPE_CHECKING, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.plugin import Array, Genomes, State
-
-if TYPE_CHECKING:
-    from scipy.spatial import cKDTree  # noqa: TID251
 
 _ROUNDING = 1e-9
 """Tolerance at a border, as a share of a cell: of ten cells between 0 and 1, the value 0.3 belongs
@@ -82,7 +79,7 @@ class Tessellation:
 
 
 @lru_cache(maxsize=4)
-def _tree(centroids: bytes, axes: int) -> "cKDTree":
+def _tree(centroids: bytes, axes: int) -> Any:
     """Return a k-d tree, cached because 10,000 points take longer than a generation."""
     from scipy.spatial import cKDTree  # noqa: TID251 (see `_rounded`); takes 0.2 s
 
