@@ -1,10 +1,13 @@
-"""Unmodified public robots: which files load, the resulting mass, and the repairs.
+"""Unmodified public robots: a verdict for each file, the resulting mass, and the repairs.
 
     python benchmarks/robots.py [FOLDER]
 
 FOLDER keeps the downloaded packages; the default is a temporary folder. The reference mass is the
 sum over the links in the XML of a URDF, or the mass from MuJoCo's compiler for MJCF. `alone` is the
-share of the mass that MuJoCo keeps when it loads the file without gaitsim.
+share of the mass that MuJoCo keeps when it loads the file without gaitsim. The verdict has the legs
+with their driven joints, the motors and how many the file states, passive joints, and whether the
+robot stands with its own servos; it is WRONG if a joint that the file's actuators drive has no
+motor, or another one has.
 """
 
 import sys
@@ -19,6 +22,8 @@ from public_robots import MJCF, URDF, fetch, robots
 
 from gaitsim.errors import GaitsimError
 from gaitsim_robot.importing import import_robot
+from gaitsim_robot.linkage import motors
+from gaitsim_robot.organism import Robot
 from gaitsim_robot.text import compile_model
 
 TOLERANCE = 0.01  # tolerance, as a share of the mass
@@ -34,6 +39,8 @@ class LoadResult:
     joints: int = 0
     size: int = 0
     repairs: tuple[str, ...] = ()
+    verdict: str = ""
+    warnings: tuple[str, ...] = ()
     rejected: str = ""
 
     @property
@@ -58,7 +65,8 @@ def main() -> None:
             count = sum(not one.rejected for one in found)
             known = [one for one in found if one.expected is not None]
             correct = sum(one.correct for one in known)
-            print(f"{count} of {len(found)} load", end="; ")
+            clear = sum(not (one.rejected or one.warnings) for one in found)
+            print(f"{count} of {len(found)} load, {clear} without a warning", end="; ")
             print(f"of {len(known)} with known mass, {correct} are within {TOLERANCE:.0%}")
 
 
@@ -67,6 +75,7 @@ def load(path: Path, package: Path) -> LoadResult:
     try:
         imported = import_robot(path, [package])
         model = compile_model(imported.text)
+        verdict, warnings = judge(path, model, Robot(model=imported.text))
     except GaitsimError as error:
         return LoadResult(rejected=f"{error.what} ({error.where.rpartition('/')[2]})")
     alone, largest = mujoco_alone(path)
@@ -78,7 +87,43 @@ def load(path: Path, package: Path) -> LoadResult:
         int(model.njnt) - 1,
         len(imported.text) // 1000,
         imported.repairs,
+        verdict,
+        (*imported.warnings, *warnings),
     )
+
+
+def judge(path: Path, model: mujoco.MjModel, robot: Robot) -> tuple[str, tuple[str, ...]]:
+    """Return what was read of a robot, and its warnings."""
+    anatomy, driven = robot.anatomy, {model.joint(joint).name for joint in motors(model)}
+    stated = stated_motors(path)
+    wrong = stated is not None and driven != stated & {
+        model.joint(i).name for i in range(model.njnt)
+    }
+    legs = ", ".join(f"{leg.name} {len(leg.joints)}" for leg in anatomy.legs)
+    told = "none stated" if stated is None else f"{len(stated)} stated"
+    return (
+        f"legs {legs}; {len(driven)} motors, {told}; {len(anatomy.passive)} passive; "
+        f"{'stands' if robot.simulation.stands else 'falls'}{'; WRONG MOTORS' if wrong else ''}"
+    ), anatomy.warnings
+
+
+def stated_motors(path: Path) -> set[str] | None:
+    """Return the joints that the actuators of a file drive; None if it has no actuators."""
+    root = ElementTree.fromstring(path.read_bytes().strip(b"\0 \r\n"))
+    if root.tag == "robot":
+        return {one.get("name", "") for one in root.iterfind("transmission/joint")} or None
+    try:
+        model = mujoco.MjModel.from_xml_path(str(path))
+    except ValueError:  # gaitsim repairs what MuJoCo does not read
+        return None
+    joints: set[int] = set()
+    for kind, target in zip(model.actuator_trntype, model.actuator_trnid[:, 0], strict=True):
+        if kind == mujoco.mjtTrn.mjTRN_TENDON:
+            first = model.tendon_adr[target]
+            joints |= {*model.wrap_objid[first : first + model.tendon_num[target]].tolist()}
+        elif kind == mujoco.mjtTrn.mjTRN_JOINT:
+            joints.add(int(target))
+    return {model.joint(joint).name for joint in joints} or None
 
 
 def link_masses(path: Path) -> float:
@@ -111,6 +156,9 @@ def print_row(name: str, loaded: LoadResult) -> None:
     print(
         f"{short:52}{loaded.mass:9.4g}{expected:>9}{alone:>7}{loaded.joints:7}{loaded.size:5}{mark}"
     )
+    print(f"    {loaded.verdict}")
+    for warning in loaded.warnings:
+        print(f"    WARNING: {warning[:160]}")
     for repair in loaded.repairs:
         print(f"    {repair[:110]}")
 
