@@ -335,7 +335,7 @@ def working() -> str:
 
 SHAPED = """
 from pydantic import field_validator
-from gaitsim.contracts import BodyFile, folder_of
+from gaitsim.contracts import BodyFile, Question, folder_of
 from gaitsim.errors import GaitsimError
 
 class X(Body):
@@ -373,6 +373,9 @@ class X(Body):
 
     def warnings(self):
         return ("it is heavy",) if self.size > 99 else ()
+
+    def questions(self):
+        return (Question("Is it plain?", "label", "so so"),) if self.label == "plain" else ()
 """
 
 

@@ -19,6 +19,7 @@ from gaitsim.contracts.organism import (
     Facts as Facts,
     FittedGait as FittedGait,
     Organism as Organism,
+    Question as Question,
 )
 from gaitsim.contracts.plugin import (
     Plugin as Plugin,

@@ -38,6 +38,22 @@ class BodyFile:
     warnings: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Question:
+    """A guess about a body's file, as a question that an option answers.
+
+    Attributes:
+        text: question whether the guess is right.
+        option: name of the body's option that answers it.
+        value: value of the option, as for `--set`, that confirms the guess or, if that is
+            impossible, a likely correction.
+    """
+
+    text: str
+    option: str
+    value: str
+
+
 @dataclass(frozen=True, eq=False)
 class FittedGait:
     """The gait of a body that is closest to given joint angles.
@@ -196,6 +212,14 @@ class Organism(Plugin):
 
         `gaitsim robots check`, the start of a new run, `gaitsim show` and the terminal UI show
         them; `gs.evolve` issues them as Python warnings.
+        """
+        return ()
+
+    def questions(self) -> tuple[Question, ...]:
+        """Return what was guessed about the body's file, the costliest mistakes first.
+
+        The default returns (). A question disappears once its option is set. `gaitsim robots check`
+        and the terminal UI show them.
         """
         return ()
 

@@ -18,6 +18,7 @@ from gaitsim.contracts import (
     Mutation,
     Organism,
     Plugin,
+    Question,
     Search,
     Selection,
     option,
@@ -378,6 +379,15 @@ class Experiment(ReprMixin):
         """
         with plugin_errors(self.entries["organism"], "checking its options for mistakes"):
             return tuple(self.organism.warnings())
+
+    def questions(self) -> tuple[Question, ...]:
+        """Return what the body guessed about its file.
+
+        Raises:
+            PluginError: the body fails.
+        """
+        with plugin_errors(self.entries["organism"], "asking about its file"):
+            return tuple(self.organism.questions())
 
     def check_functions(self) -> None:
         """Check that all Python functions of the experiment are registered in this process."""

@@ -57,6 +57,7 @@ from gaitsim.contracts import (
     Plot as Plot,
     Plugin as Plugin,
     Product as Product,
+    Question as Question,
     RealSpace as RealSpace,
     Reflex as Reflex,
     Results as Results,

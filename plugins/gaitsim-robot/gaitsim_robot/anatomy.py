@@ -44,6 +44,7 @@ class Anatomy:
         legs: the legs L1, R1, L2 …
         held: names of driven joints outside the legs; their servos hold the standing pose.
         passive: names of joints without a motor, in legs and outside.
+        swing: names of driven joints outside the legs that swing with the rhythm.
         stance: standing pose of the whole robot on the ground z = 0, (nq,), facing along x. The
             trunk's quaternion is not the identity if the robot does not face along x in its file,
             or if y points up.
@@ -53,6 +54,9 @@ class Anatomy:
         trunk: length of the trunk along x, m.
         notes: remarks for the user, one sentence each.
         warnings: likely mistakes in the file, each with a remedy.
+        doubt: question whether limbs that were not taken for legs are legs, or ''.
+        guessed_facing: direction of the nose if only the shape of the robot indicates it; else ''.
+        searched: whether the standing pose was searched for.
     """
 
     legs: tuple[Leg, ...]
@@ -64,11 +68,15 @@ class Anatomy:
     notes: tuple[str, ...] = ()
     warnings: tuple[str, ...] = ()
     passive: tuple[str, ...] = ()
+    swing: tuple[str, ...] = ()
+    doubt: str = ""
+    guessed_facing: str = ""
+    searched: bool = False
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of all joints of legs, leg by leg."""
-        return tuple(joint for leg in self.legs for joint in leg.joints)
+        """Names of the joints that gaits move: those of the legs, leg by leg, then `swing`."""
+        return (*(joint for leg in self.legs for joint in leg.joints), *self.swing)
 
 
 def name_legs(sides: Sequence[Side]) -> list[str]:

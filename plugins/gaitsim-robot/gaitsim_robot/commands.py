@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import os
+import shlex
 import sys
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn
 
 from gaitsim.plugin import (
     FILES,
+    BodyFile,
     ExperimentError,
     GaitsimError,
     Names,
@@ -34,13 +37,14 @@ from gaitsim.plugin.commands import (
     report_files,
     status,
 )
-from gaitsim.plugin.runs import command, write_bytes
 
 if TYPE_CHECKING:
-    from gaitsim.plugin.runs import Overrides
+    from gaitsim.plugin import Organism, Skeleton
+    from gaitsim.plugin.runs import Experiment, Overrides
 
 
 UNUSABLE = 1  # exit code
+LINE = 110  # characters of a question and the option that answers it in one line
 
 
 class ListRobots(Action):
@@ -77,14 +81,17 @@ class CheckRobot(Action):
     """Check whether a robot file can be used, and show its contents.
 
     The command shows the robot's mass, joints, legs (and which side each is on), feet, servos and
-    standing pose, and what gaitsim corrected in the file's contents. The file itself does not
-    change. The exit code is 1 if the robot cannot be used.
+    standing pose, what gaitsim corrected in the file's contents, and what it guessed, as questions
+    with the options that answer them. The file itself does not change. The exit code is 1 if the
+    robot cannot be used.
 
     [bold]Examples[/bold]
 
     gaitsim robots check my_robot.urdf
 
     gaitsim robots check my_robot.urdf --picture my_robot.png
+
+    gaitsim robots check my_robot.urdf --set organism.facing=-x --save my_robot.toml
 
     gaitsim robots check my_robot.urdf --set organism.scale=0.001
 
@@ -104,13 +111,15 @@ class CheckRobot(Action):
     model_out: Path | None = option(
         None, "write the robot, as it is simulated, to one file that needs no mesh files"
     )
+    save: Path | None = option(
+        None,
+        "write an experiment with the robot and the options of --set, which 'gaitsim run' takes",
+        placeholder="FILE.toml",
+    )
     json_lines: bool = JSON
 
     def do(self) -> None:
         """Read and describe the robot; write the files."""
-        from gaitsim.plugin import BodyFile
-        from gaitsim.plugin.gait import check_folder
-        from gaitsim.plugin.pictures import write_still
         from gaitsim.plugin.runs import (
             load_experiment,
             parse_assignments,
@@ -118,17 +127,12 @@ class CheckRobot(Action):
             standing_skeleton,
         )
 
-        file, picture, model_out = self.file, self.picture, self.model_out
-        roots = [Path(folder) for folder in self.root or ()]
-        option, overrides = reader_of(file)[1], parse_assignments(self.set_ or ())
-        for folder in roots:
-            if not folder.is_dir():
-                raise GaitsimError(f"folder not found: {folder}", where="--root")
-        if picture is not None:
-            choose_format(None, picture, ("png",), "png", "pictures")
-            check_folder(picture)
-        if model_out is not None:
-            _check_model_out(model_out)
+        file, option = self.file, reader_of(self.file)[1]
+        overrides, roots = (
+            parse_assignments(self.set_ or ()),
+            [Path(one) for one in self.root or ()],
+        )
+        self._check_options(roots)
         for key in {f"organism.{option}", "organism.plugin"} & overrides.keys():
             raise GaitsimError(f"{key} cannot be set, as the command checks {file}", where="--set")
         try:
@@ -136,21 +140,13 @@ class CheckRobot(Action):
                 experiment = load_experiment(str(file), overrides, roots=roots)
                 with plugin_errors(experiment.entries["organism"], "describing itself"):
                     facts = experiment.organism.describe()
-                warnings = experiment.warnings()
-                skeleton = None if picture is None else standing_skeleton(experiment)
+                warnings, questions = experiment.warnings(), experiment.questions()
+                skeleton = standing_skeleton(experiment) if self.picture else None
         except GaitsimError as error:
             self._exit(error, overrides)
         body = experiment.organism
-        text = getattr(body, option)
-        found = body.imported() or BodyFile(experiment.name, text)
-        written = []
-        if model_out is not None:
-            write_bytes(model_out, text.encode())
-            written.append(model_out)
-        if picture is not None and skeleton is not None:
-            write_still(skeleton, picture, found.name, str(file))
-            written.append(picture)
-        report_files(*written)
+        found = body.imported() or BodyFile(experiment.name, getattr(body, option))
+        written = self._write(experiment, getattr(body, option), skeleton, found.name)
         if self.json_lines:
             print_json(
                 {
@@ -160,6 +156,10 @@ class CheckRobot(Action):
                     "facts": facts,
                     "repairs": list(found.repairs),
                     "warnings": list(warnings),
+                    "questions": [
+                        {"text": one.text, "option": f"organism.{one.option}", "value": one.value}
+                        for one in questions
+                    ],
                     "files": list(map(str, written)),
                 }
             )
@@ -168,9 +168,59 @@ class CheckRobot(Action):
         repaired = dict.fromkeys(found.repairs, "") or {"nothing": ""}
         wrong = {"Warnings": dict.fromkeys(warnings, "")} if warnings else {}
         print_facts({**facts, "Repaired": repaired, **wrong})
+        if questions:
+            heading = "\nUnsure: paste an option to confirm it, or change its value"
+            output().print(heading, style="bold")
+        for one in questions:
+            setting = shlex.join(["--set", f"organism.{one.option}={one.value}"])
+            gap = "  " if len(one.text + setting) < LINE else "\n    "
+            echo(f"  {one.text}{gap}{setting}")
         for path in written:
             echo(path)
-        if model_out is not None:  # it is already scaled, and `scale` has its default again
+        echo(f"\nEvolve a gait: {self._next_command(body, overrides)}")
+
+    def _check_options(self, roots: Sequence[Path]) -> None:
+        """Check the folders and the names of new files."""
+        from gaitsim.plugin.gait import check_folder
+
+        for folder in roots:
+            if not folder.is_dir():
+                raise GaitsimError(f"folder not found: {folder}", where="--root")
+        if self.picture is not None:
+            choose_format(None, self.picture, ("png",), "png", "pictures")
+            check_folder(self.picture)
+        if self.model_out is not None:
+            _check_new(self.model_out, "--model-out", entries(FILES), "a robot file")
+        if self.save is not None:
+            _check_new(self.save, "--save", ("toml",), "an experiment file")
+
+    def _write(
+        self, experiment: Experiment, text: str, skeleton: Skeleton | None, name: str
+    ) -> list[Path]:
+        """Write the files, and return and report their paths."""
+        from gaitsim.plugin.pictures import write_still
+        from gaitsim.plugin.runs import write_bytes
+
+        written = []
+        if self.model_out is not None:
+            write_bytes(self.model_out, text.encode())
+            written.append(self.model_out)
+        if self.picture is not None and skeleton is not None:
+            write_still(skeleton, self.picture, name, str(self.file))
+            written.append(self.picture)
+        if self.save is not None:
+            write_bytes(self.save, experiment.to_toml().encode())
+            written.append(self.save)
+        report_files(*written)
+        return written
+
+    def _next_command(self, body: Organism, overrides: Overrides) -> str:
+        """Return the command that evolves a gait of the robot."""
+        from gaitsim.plugin.runs import command
+
+        if self.save is not None:
+            return command("run", self.save)
+        if self.model_out is not None:  # it is already scaled, and `scale` has its default again
             defaults = {
                 f"organism.{name}"
                 for name, field in type(body).model_fields.items()
@@ -178,7 +228,7 @@ class CheckRobot(Action):
             }
             overrides = {key: overrides[key] for key in overrides if key not in defaults}
         pairs = [part for key, value in overrides.items() for part in ("--set", f"{key}={value}")]
-        echo(f"\nEvolve a gait: {command('run', model_out or file, *pairs)}")
+        return command("run", self.model_out or self.file, *pairs)
 
     def _exit(self, caught: GaitsimError, overrides: Overrides) -> NoReturn:
         """Report why the robot cannot be used, and exit; raise errors of `--set`."""
@@ -195,20 +245,20 @@ class CheckRobot(Action):
         sys.exit(UNUSABLE)
 
 
-def _check_model_out(path: Path) -> None:
-    """Check that the robot can be written to a new file whose extension gaitsim reads."""
+def _check_new(path: Path, where: str, suffixes: Iterable[str], kind: str) -> None:
+    """Check that a new file with one of the extensions can be written."""
     from gaitsim.plugin.gait import check_folder
 
-    if path.suffix[1:].lower() not in entries(FILES):
+    if path.suffix[1:].lower() not in suffixes:
         raise GaitsimError(
-            f"{path} does not have the extension of a robot file",
-            where="--model-out",
-            allowed=", ".join(f".{suffix}" for suffix in entries(FILES)),
+            f"{path} does not have the extension of {kind}",
+            where=where,
+            allowed=", ".join(f".{suffix}" for suffix in suffixes),
         )
     if os.path.lexists(path):
         raise GaitsimError(
             f"{path} already exists",
-            where="--model-out",
+            where=where,
             remedy="choose a different name, or delete the file first",
         )
     check_folder(path)

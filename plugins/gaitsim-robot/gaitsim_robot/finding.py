@@ -30,6 +30,7 @@ from gaitsim_robot.standing import Stand
 LOW = 0.6  # minimum depth that a leg can reach, as a share of the deepest limb's depth
 UPRIGHT = 0.4  # share of the largest depth; if LOW × the depth at zero is more, a robot is upright
 LEGS = 50  # a standing pose of 50 legs takes seconds to find
+NEARLY = 0.45  # share of the deepest limb's depth beyond which a limb may be a leg nevertheless
 LIFT = 0.1  # minimum range of a foot's height, as a share of the largest depth
 STIFF = math.radians(6.3)  # rad; one turn in radians, read as degrees, as MJCF does by default
 OVERSIZED = 20  # ratio of a link's size to the distance of all joints that shows different units
@@ -110,6 +111,7 @@ class Finder:
         self.rest, self.given = self._rest()
         self.by_names = True  # whether names such as 'wing' exclude limbs
         self.ignored = False  # whether such limbs were ignored
+        self.doubt, self.guessed_facing, self.searched = "", "", False  # as in `Anatomy`
         self._check_geometry()
 
     def find(self) -> Anatomy:
@@ -176,6 +178,7 @@ class Finder:
         if facing == "auto":
             likely = fitting or facings_of_names(self.model, limbs, numbers=False)
             facing = likely[0] if len(likely) == 1 else shape
+            self.guessed_facing = "" if len(likely) == 1 else shape
         if facing != "+x":
             x, y = HEADINGS[facing]
             angle = -math.atan2(y, x) / 2
@@ -217,6 +220,7 @@ class Finder:
             if ignored and _carry(others, tree.data.subtree_com[1]):
                 self.ignored = True
                 legs = others
+                self.doubt = _doubt(ignored, "as their names say")
                 notes = (
                     f"not taken for legs because of their names: {shorten(ignored, 8)}; if they "
                     "are legs, name the links at the ends of all legs in 'organism.feet'",
@@ -253,7 +257,14 @@ class Finder:
             and np.ptp(limb.tips[:, 2]) > LIFT * deepest
             and (hanging < UPRIGHT * deepest or hang > hanging)
         ]
-        return _with_counterparts(legs)
+        legs = _with_counterparts(legs)
+        nearly = [
+            self.model.body(limb.foot).name
+            for limb, deep in zip(limbs_in_pairs, depth, strict=True)
+            if deep >= NEARLY * deepest and limb not in legs and is_leg(names_of(self.model, limb))
+        ]
+        self.doubt = _doubt(nearly, "as they hardly reach the ground") if nearly else ""
+        return legs
 
     def _remedy(self) -> str:
         """Return what to do if no legs are found."""
@@ -283,6 +294,7 @@ class Finder:
             return stand.on_ground(rest), (note,)
         if found is None and stand.images:
             found, _ = stand.without_mirroring().search(rest)
+        self.searched = found is not None
         if found is None:
             raise GaitsimError(
                 f"the robot has no standing pose: {why}",
@@ -338,7 +350,15 @@ class Finder:
             notes,
             warnings,
             tuple(name for index, name in joints.items() if index not in driven),
+            doubt=self.doubt,
+            guessed_facing=self.guessed_facing,
+            searched=self.searched,
         )
+
+
+def _doubt(names: Sequence[str], why: str) -> str:
+    """Return the question whether limbs that end at given links are not legs."""
+    return f"Are the limbs that end at {shorten(names, 8)} not legs, {why}?"
 
 
 def _trunk_length(stand: Stand, points: Floats) -> float:

@@ -12,8 +12,8 @@ include their robot.
   rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown.
 - Equality constraints represent mimic joints and closed linkages.
 - There is at most one keyframe, `stand`.
-- The actuators are the motors that the robot's file states, without their properties. If there are
-  none, each joint has a motor.
+- The actuators are the motors that the robot's file states, without their properties. If it states
+  none, each joint has a motor, and there are actuators only if joints follow others.
 - There are no ground, sensors, includes or file names.
 """
 

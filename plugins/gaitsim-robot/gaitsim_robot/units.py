@@ -40,7 +40,7 @@ def unit_warning(length: float, mass: float) -> str:
     if not implausible:
         return ""
     measured = f"the robot is {length:.4g} m long and has a mass of {mass:.4g} kg"
-    scales, mass_scales = _likely_units(length, mass)
+    scales, mass_scales = likely_units(length, mass)
     hints = [
         f"{quantity} in the file are probably in {' or '.join(units[one] for one in found)}: set "
         f"'organism.{option}' to {' or '.join(f'{one:g}' for one in found)}"
@@ -56,7 +56,7 @@ def unit_warning(length: float, mass: float) -> str:
     )
 
 
-def _likely_units(length: float, mass: float) -> tuple[list[float], list[float]]:
+def likely_units(length: float, mass: float) -> tuple[list[float], list[float]]:
     """Return the factors of the most likely units of lengths, and of masses; 1 if none is."""
     costs: dict[tuple[float, float], float] = {}
     for scale in LENGTH_UNITS:

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from gaitsim.experiment import load_experiment
+
 
 @pytest.fixture
 def file(tmp_path):
@@ -47,6 +49,41 @@ def test_options_can_be_set(shaped, gaitsim, file):
     found = json.loads(gaitsim(*check, "--set", "organism.size=100", "--json").stdout)
     assert found["warnings"] == ["it is heavy"]
     assert json.loads(gaitsim(*check, "--json").stdout)["warnings"] == []
+
+
+def test_guesses_are_questions_that_options_answer(shaped, gaitsim, file):
+    check = "robots", "check", "a.shape"
+    said = gaitsim(*check).stdout
+    assert "Unsure" in said
+    assert "  Is it plain?  --set 'organism.label=so so'\n" in said
+    (question,) = json.loads(gaitsim(*check, "--json").stdout)["questions"]
+    assert question == {"text": "Is it plain?", "option": "organism.label", "value": "so so"}
+    answer = "--set", f"{question['option']}={question['value']}"
+    assert "Unsure" not in gaitsim(*check, *answer).stdout
+    assert json.loads(gaitsim(*check, *answer, "--json").stdout)["questions"] == []
+
+
+def test_the_answers_are_saved_as_an_experiment(shaped, gaitsim, file):
+    save = "robots", "check", "a.shape", "--set", "organism.size=2", "--save"
+    assert gaitsim(*save, "b.toml").stdout.endswith("b.toml\n\nEvolve a gait: gaitsim run b.toml\n")
+    file.unlink()
+    found = load_experiment("b.toml")
+    assert (found.name, found.organism.size) == ("a", 2)
+    assert found.organism.shape.startswith("<a/>")
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("a.toml", "a.toml already exists"),
+        ("a.txt", "a.txt does not have the extension of an experiment file"),
+        ("no/a.toml", "no folder no"),
+    ],
+)
+def test_an_experiment_is_only_saved_to_a_new_file(shaped, gaitsim, file, name, said):
+    Path("a.toml").write_text("")
+    assert said in gaitsim("robots", "check", "a.shape", "--save", name, code=2).stderr
+    assert Path("a.toml").read_text() == ""
 
 
 @pytest.mark.parametrize(

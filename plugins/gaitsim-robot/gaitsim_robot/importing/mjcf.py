@@ -158,7 +158,9 @@ class _MjcfReader:
         others = [self._name("body", one) for one in set(model.body_rootid) - {0, root}]
         report(self._repairs, "dropped bodies outside the robot", others)
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
-        robot = RobotTree(name, self._bodies[root], repairs=self._repairs)
+        robot = RobotTree(
+            name, self._bodies[root], repairs=self._repairs, motors_stated=bool(self._driven)
+        )
         if not robot.root.joints:
             self._repairs.append(f"freed {robot.root.name!r}, which was fixed to the world")
         self._equalities(robot)

@@ -172,6 +172,7 @@ class RobotTree:
         stand: place of the trunk and joint angles, rad, in the keyframe; None without a keyframe.
         repairs: descriptions of everything that was dropped, replaced, added or assumed.
         warnings: likely mistakes in the file, each with a remedy.
+        motors_stated: whether the file states which joints have motors.
     """
 
     name: str
@@ -182,6 +183,7 @@ class RobotTree:
     stand: tuple[Place, dict[str, float]] | None = None
     repairs: list[str] = field(default_factory=list)
     warnings: list[str] = field(default_factory=list)
+    motors_stated: bool = False
 
     def rescale(self, length: float, mass: float) -> None:
         """Multiply all lengths and all masses.
@@ -336,7 +338,7 @@ class _Writer:
 
     def _motors(self, root: Element) -> None:
         driven = [joint.name for joint in self._robot.joints if joint.driven]
-        if len(driven) < len(self._robot.joints):
+        if self._robot.motors_stated or len(driven) < len(self._robot.joints):
             motors = SubElement(root, "actuator")
             for name in driven:
                 SubElement(motors, "motor", joint=self._joints[name])

@@ -90,15 +90,18 @@ class _UrdfReader:
             self._attach(element, bodies)
         report(self._repairs, SWAPPED, self._swapped)
         root = self._topmost(bodies)
-        self._motors(root)
+        stated = self._motors(root)
         self._repairs += self._files.describe_missing()
         name = self._root.get("name", "")
-        return RobotTree(name, root, self._couplings, repairs=self._repairs)
+        return RobotTree(name, root, self._couplings, repairs=self._repairs, motors_stated=stated)
 
-    def _motors(self, root: Body) -> None:
+    def _motors(self, root: Body) -> bool:
         """Leave motors where the file states them, or else in all but mimic joints; read springs.
 
         Motors are stated by `<transmission>` or `<ros2_control>`, springs by Gazebo's extension.
+
+        Returns:
+            Whether the file states motors.
         """
         stated = {one.get("name") for one in self._root.iterfind("transmission/joint")} | {
             one.get("name")
@@ -121,6 +124,7 @@ class _UrdfReader:
                     number(spring.findtext(tag), 0.0, where)
                     for tag in ("springStiffness", "springReference")
                 )
+        return bool(stated)
 
     def _topmost(self, bodies: dict[str, Body]) -> Body:
         tops = [bodies[name] for name in bodies if name not in self._children]
