@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.choices import VideoFormat
 from gaitsim.contracts import Skeleton
@@ -273,8 +274,9 @@ def write_still(
     details: str = "",
     *,
     size: tuple[int, int] = SIZE,
+    pins: NDArray[np.floating[Any]] | None = None,
 ) -> None:
-    """Write the first frame of a body as a PNG, with the names of its feet.
+    """Write the first frame of a body as a PNG, with its front and the names of its feet.
 
     Args:
         skeleton: motion of the body.
@@ -282,11 +284,12 @@ def write_still(
         title: first line of text.
         details: second line of text.
         size: width and height, pixels.
+        pins: places to mark with a white circle, such as of passive joints, (pins, 3) m.
     """
     from PIL import Image
 
     check_folder(path)
-    clip = Clip(_frozen(skeleton), title, details, named=True)
+    clip = Clip(_frozen(skeleton), title, details, named=True, pins=pins)
     picture = Scene([clip], size, "iso", "light").draw(0.0)
     data = BytesIO()
     Image.fromarray(picture[..., :3]).save(data, format="PNG")

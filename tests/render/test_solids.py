@@ -161,6 +161,19 @@ def test_legs_have_the_colour_of_their_side_and_feet_on_the_ground_more_of_it(th
         assert np.median(vivid) > 1.3 * np.median(pale) > 0
 
 
+def test_a_still_shows_the_front_and_marks_pins(tmp_path, monkeypatch):
+    def picture(**marks):
+        write_still(robot(), tmp_path / "still.png", size=(320, 240), **marks)
+        return np.array(Image.open(tmp_path / "still.png")).astype(int)
+
+    plain, marked = picture(), picture(pins=np.zeros((1, 3)))
+    assert (marked == 255).all(axis=-1).sum() > (plain == 255).all(axis=-1).sum() + 20
+    monkeypatch.setattr("gaitsim.render.scene.world.ARROW", 1e-6)
+    changed = np.nonzero((picture() - plain).any(axis=-1))
+    assert changed[1].min() > 160  # the arrow and its word, at the right
+    assert changed[0].min() > 120
+
+
 def test_a_still_names_the_feet_and_has_no_clock(tmp_path):
     write_still(robot(), tmp_path / "still.png", "A robot", size=(320, 240))
     named = np.array(Image.open(tmp_path / "still.png")).astype(int)

@@ -54,7 +54,8 @@ class Clip:
         tag: word beside the body, to distinguish several.
         lane: displacement to the left, m.
         depth: height of the drawn ground, m; None derives it from the skeleton.
-        named: whether to write the names of the feet beside them.
+        named: whether to write the names of the feet beside them, and to point to the front.
+        pins: places marked by white circles in the first frame, (pins, 3) m; None for none.
         said: what a driver commands in each frame, (frames,); () without a driver.
     """
 
@@ -65,6 +66,7 @@ class Clip:
     lane: float = 0.0
     depth: float | None = None
     named: bool = False
+    pins: NDArray[np.floating[Any]] | None = None
     said: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

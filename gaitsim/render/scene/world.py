@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 TRAIL = 240  # number of pieces of the path behind a body
 _CROSS = np.array([[[-1.0, -1.0], [1.0, 1.0]], [[-1.0, 1.0], [1.0, -1.0]]])
 _CIRCLE = np.linspace(0, 2 * np.pi, 25)
+_ARROW = np.array([[0, -2], [9, -2], [9, -5], [15, 0], [9, 5], [9, 2], [0, 2]]) / 15
+ARROW, AHEAD = 0.2, 0.1  # length of the arrow to the front and its distance, in sizes of the body
 
 
 class Runner:
@@ -85,6 +87,10 @@ class Runner:
         self.body = add(self.pixels or PolyCollection([], joinstyle="round"), 7)
         self.tag = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
         self.names = add(PathCollection([], facecolors=theme.ink, edgecolors="none"), 8)
+        if clip.named:
+            self.front = add(PolyCollection([], facecolors=theme.ink, edgecolors="none"), 4)
+            self.pins = add(PolyCollection([], facecolors="#ffffff", edgecolors=theme.ink), 8)
+            self.pins.set_linewidths([1.5 * line])
         feet = len(clip.skeleton.contact_names) or clip.at(0).contacts.shape[0]
         colours = {MIDDLE: theme.middle, LEFT: theme.left, RIGHT: theme.right}
         side = sides(clip.skeleton.contact_names or ("",) * feet)
@@ -130,7 +136,10 @@ class Runner:
         self.tag.set_paths([text_path(arrow + self.clip.tag, self._size, (across, above), 0.5)])
 
     def _show_names(self, camera: Camera, pose: Pose) -> None:
-        """Write the name of each foot on the side that faces away from the body."""
+        """Write the name of each foot on the side that faces away from the body.
+
+        An arrow on the ground points to the front, and circles mark the clip's pins.
+        """
         places, _ = camera.project(pose.contacts)
         if not len(pose.contacts):
             return
@@ -139,7 +148,16 @@ class Runner:
         away /= np.maximum(np.linalg.norm(away, axis=1, keepdims=True), 1e-9)
         letters = 1.25 * self._size
         places += (self.clip.mark * camera.scale + 1.1 * letters) * away - (0, 0.36 * letters)
-        names = zip(self.clip.skeleton.contact_names, places.tolist(), strict=False)
+        nose, span = self.clip.points(pose)[:, 0].max(), self.clip.anatomy.span
+        start = np.array([nose + AHEAD * span, pose.contacts[:, 1].mean(), 0.0])
+        arrow = start + ARROW * span * np.pad(_ARROW, ((0, 0), (0, 1)))
+        tip = start + np.array([1.6 * ARROW * span, 0.0, 0.0])
+        self.front.set_verts([camera.project(self.clip.on_ground(arrow))[0]])
+        places = np.vstack([places, camera.project(self.clip.on_ground(tip[None]))[0]])
+        if self.clip.pins is not None:
+            circle = 0.35 * letters * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
+            self.pins.set_verts(camera.project(self.clip.pins)[0][:, None] + circle)
+        names = zip((*self.clip.skeleton.contact_names, "front"), places.tolist(), strict=False)
         self.names.set_paths([text_path(name, letters, (x, y), 0.5) for name, (x, y) in names])
 
     def _show_trail(self, camera: Camera, pose: Pose, reach: float) -> None:

@@ -37,6 +37,7 @@ from gaitsim.plugin.commands import (
     report_files,
     status,
 )
+from gaitsim_robot.errors import shorten
 
 if TYPE_CHECKING:
     from gaitsim.plugin import Organism, Skeleton
@@ -106,7 +107,10 @@ class CheckRobot(Action):
         placeholder="FOLDER",
     )
     picture: Path | None = option(
-        None, "draw the robot in its standing pose to this file", placeholder="FILE.png"
+        None,
+        "draw the robot in its standing pose to this file, with its front, the names of its legs "
+        "and its passive joints",
+        placeholder="FILE.png",
     )
     model_out: Path | None = option(
         None, "write the robot, as it is simulated, to one file that needs no mesh files"
@@ -200,13 +204,18 @@ class CheckRobot(Action):
         """Write the files, and return and report their paths."""
         from gaitsim.plugin.pictures import write_still
         from gaitsim.plugin.runs import write_bytes
+        from gaitsim_robot.organism import Robot
+        from gaitsim_robot.skeleton import passive_places
 
-        written = []
+        body, written = experiment.organism, []
         if self.model_out is not None:
             write_bytes(self.model_out, text.encode())
             written.append(self.model_out)
         if self.picture is not None and skeleton is not None:
-            write_still(skeleton, self.picture, name, str(self.file))
+            passive = body.anatomy.passive if isinstance(body, Robot) else ()
+            pins = passive_places(body.simulation) if isinstance(body, Robot) else None
+            details = f"{self.file}" + f"   ○ no motor: {shorten(passive)}" * bool(passive)
+            write_still(skeleton, self.picture, name, details, pins=pins)
             written.append(self.picture)
         if self.save is not None:
             write_bytes(self.save, experiment.to_toml().encode())

@@ -9,10 +9,11 @@ import small_robots
 from scipy.spatial.transform import Rotation
 
 from gaitsim.contracts import Motion
+from gaitsim.experiment import load_experiment
 from gaitsim_robot.figure import figure
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.organism import BUNDLED, Robot
-from gaitsim_robot.skeleton import skeleton
+from gaitsim_robot.skeleton import passive_places, skeleton
 
 START = np.array([0.25, -0.5, 0.0])
 
@@ -90,3 +91,17 @@ def test_vertebrae_are_not_drawn_as_a_left_leg_because_of_their_names():
     for names in (drawing.names, [solid.name for solid in drawing.solids]):
         assert "spine L_1" in names
         assert "L_1" not in names
+
+
+def test_passive_joints_are_placed_where_the_standing_robot_has_them(tmp_path):
+    text = small_robots.QUADRUPED
+    driven = [
+        f"{leg}_{joint}" for leg in small_robots.CORNERS for joint in ("roll", "pitch", "knee")
+    ]
+    motors = "".join(f'<motor joint="{name}"/>' for name in driven)
+    path = tmp_path / "robot.xml"
+    path.write_text(text.replace("</mujoco>", f"<actuator>{motors}</actuator></mujoco>"))
+    robot = load_experiment(str(path)).organism
+    assert robot.anatomy.passive == ("turn", "raise")
+    places, height = passive_places(robot.simulation), robot.anatomy.stance[2]
+    assert places[0] == pytest.approx([0.1, 0, height + 0.06], abs=0.02)
