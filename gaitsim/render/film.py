@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from io import BytesIO
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -274,7 +274,7 @@ def write_still(
     details: str = "",
     *,
     size: tuple[int, int] = SIZE,
-    pins: NDArray[np.floating[Any]] | None = None,
+    pins: NDArray[np.float64] | None = None,
 ) -> None:
     """Write the first frame of a body as a PNG, with its front and the names of its feet.
 

@@ -15,7 +15,7 @@ from pydantic.fields import FieldInfo
 from pydantic_core import to_jsonable_python
 
 from gaitsim import toml
-from gaitsim.contracts import Search
+from gaitsim.contracts import Question, Search
 from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.experiment import (
     TRANSFERABILITY,
@@ -36,6 +36,7 @@ from gaitsim.storage.files.folder import RUNS
 from gaitsim.tui.catalogue import Catalogue
 
 SECTIONS = ("evolution", "islands", "worlds", TRANSFERABILITY, *KINDS)
+ASKED = 2  # questions about a body's file that fit below the form
 _MODELS: Mapping[str, type[BaseModel]] = {
     "evolution": Evolution,
     "islands": Islands,
@@ -172,6 +173,7 @@ class Validation:
         toml: experiment file with long values shortened; '' if it cannot be read.
         effect: a line about the effect of the experiment; '' if it has problems.
         warnings: likely mistakes in the options of the body.
+        questions: guesses about the file of the body, which its options answer.
     """
 
     builder: ExperimentBuilder
@@ -182,6 +184,7 @@ class Validation:
     toml: str
     effect: str = ""
     warnings: tuple[str, ...] = ()
+    questions: tuple[Question, ...] = ()
 
     @property
     def used_sections(self) -> tuple[str, ...]:
@@ -195,9 +198,12 @@ class Validation:
 
     @property
     def summary(self) -> str:
-        """The effect of the experiment with warnings, or its first problem."""
+        """The effect of the experiment with warnings and questions, or its first problem."""
         if not self.problems:
-            return "\n⚠ ".join([self.effect, *self.warnings])
+            asked = [f"\n? {one.text} ({one.option})" for one in self.questions[:ASKED]]
+            if len(self.questions) > ASKED:
+                asked.append(f" … and {len(self.questions) - ASKED} more")
+            return "\n⚠ ".join([self.effect, *self.warnings]) + "".join(asked)
         key, first = next(iter(self.problems.items()))
         more = f"  (and {len(self.problems) - 1} more)" if len(self.problems) > 1 else ""
         parts = [first.what, first.allowed and f"allowed: {first.allowed}", first.remedy]
@@ -221,9 +227,12 @@ def validate(
     problems: dict[str, GaitsimError] = {}
     experiment = None
     warnings: tuple[str, ...] = ()
+    questions: tuple[Question, ...] = ()
     try:
         experiment = _experiment(builder)
         written, warnings = experiment.to_toml(brief=True), experiment.warnings()
+        if is_body_file(builder.preset.reference):
+            questions = experiment.questions()
     except GaitsimError as error:
         written, problems = "", _by_option(error)
     forms = {
@@ -232,7 +241,9 @@ def validate(
         if _uses(builder, catalogue, section)
     }
     offered = catalogue.offered(forms["organism"].plugin, experiment)
-    found = Validation(builder, experiment, problems, forms, offered, written, warnings=warnings)
+    found = Validation(
+        builder, experiment, problems, forms, offered, written, "", warnings, questions
+    )
     if problems:
         return found
     try:

@@ -80,6 +80,15 @@ class TestValidate:
         large = validate(ExperimentBuilder(loaded, {"organism.scale": "1000"}), catalogue)
         assert "\n⚠ the robot is 280 m long" in large.summary
 
+    def test_guesses_about_a_file_are_shown_until_an_option_answers_them(self, shaped, tmp_path):
+        (tmp_path / "a.shape").write_text("<a/>")
+        loaded = load_preset(str(tmp_path / "a.shape"))
+        found = validate(ExperimentBuilder(loaded), read_catalogue())
+        assert found.summary.endswith("\n? Is it plain? (label)")
+        answered = ExperimentBuilder(loaded, {"organism.label": "odd"})
+        assert "?" not in validate(answered, read_catalogue()).summary
+        assert "… and 2 more" in replace(found, questions=found.questions * 4).summary
+
     def test_a_problem_of_an_item_is_that_of_its_option(self, catalogue):
         worlds, cases = load_preset("walker-worlds"), "[{friction = 0.4}, {}]"
         found = validate(ExperimentBuilder(worlds, {"worlds.cases": cases}), catalogue)

@@ -66,7 +66,7 @@ class Clip:
     lane: float = 0.0
     depth: float | None = None
     named: bool = False
-    pins: NDArray[np.floating[Any]] | None = None
+    pins: Points | None = None
     said: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
