@@ -173,7 +173,7 @@ class Encoding:
     Attributes:
         model: `mujoco.MjModel` of the robot, with or without its ground.
         anatomy: anatomy of the robot.
-        top_speed: speed limit of the commands for each leg joint, (joints,) rad/s.
+        top_speed: speed limit of the commands for each joint of the anatomy, (joints,) rad/s.
         kind: `steps`: each foot follows a step cycle around its standing position, which inverse
             kinematics turns into joint angles. `sine`: each joint follows a sine. `cpg`: each
             joint follows the sine of a coupled oscillator.
@@ -193,6 +193,15 @@ class Encoding:
     @cached_property
     def groups(self) -> tuple[GeneGroup, ...]:
         """The gene groups; their lengths, in metres, are proportional to the size of the legs."""
+        if not (swing := self.anatomy.swing):
+            return self._leg_groups()
+        return (
+            *self._leg_groups(),
+            GeneGroup("swing", swing, 0.0, SWING),
+            GeneGroup("swing phase", swing, -math.pi, math.pi, periodic=True),
+        )
+
+    def _leg_groups(self) -> tuple[GeneGroup, ...]:
         legs = self.anatomy.legs
         own = [leg.name for leg, at in zip(legs, self._leaders, strict=True) if leg is legs[at]]
         turn = math.pi
@@ -235,9 +244,21 @@ class Encoding:
         values, phase = self._decoded(genomes)
         play = self._play_steps if self.kind == "steps" else self._play_oscillators
         angles, frequency = play(values, phase, frames)
+        if self.anatomy.swing:
+            cycles = frequency[:, None, None] * (np.arange(frames) / FRAME_RATE)[:, None]
+            turn = 2 * math.pi * cycles + values["swing phase"][:, None]
+            fastest = self.top_speed[len(self._standing) :] / (2 * math.pi * frequency[:, None])
+            swung = np.minimum(values["swing"], fastest)[:, None] * sin(turn)
+            angles = np.concatenate([angles, swung], axis=2)
         angles *= np.clip(np.arange(frames) / (RAMP_TIME * FRAME_RATE), 0, 1)[:, None]
-        angles += self._standing
-        np.clip(angles, *self._limits, out=angles)
+        standing, limits = self._standing, self._limits
+        if self.anatomy.swing:
+            joints = [self.model.joint(name) for name in self.anatomy.swing]
+            rest = [self.anatomy.stance[joint.qposadr[0]] for joint in joints]
+            standing = np.concatenate([standing, rest])
+            limits = np.concatenate([limits, np.array([joint.range for joint in joints]).T], axis=1)
+        angles += standing
+        np.clip(angles, *limits, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
         return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64), frequency
 
@@ -247,12 +268,15 @@ class Encoding:
         The feet of the encodings `sine` and `cpg` follow the paths of the full gait.
 
         Raises:
-            GaitsimError: a leg is a closed linkage.
+            GaitsimError: a leg is a closed linkage, or joints outside the legs swing.
         """
-        if any(isinstance(chain, Linkage) for chain in self.chains):
+        linked = any(isinstance(chain, Linkage) for chain in self.chains)
+        if linked or self.anatomy.swing:
+            parts = "legs with closed linkages or coupled joints" if linked else "a spine or tail"
             raise GaitsimError(
-                "commands and reflexes cannot move legs with closed linkages or coupled joints",
-                remedy="evolve a gait without 'organism.reflexes' and 'organism.drive'",
+                f"commands and reflexes cannot move {parts}",
+                remedy="evolve a gait without 'organism.reflexes' and 'organism.drive'"
+                + ("" if linked else ", or without 'organism.swing'"),
             )
         values, phase = self._decoded(genomes)
         walk = self._walk_steps if self.kind == "steps" else self._walk_oscillators
@@ -297,7 +321,7 @@ class Encoding:
     ) -> tuple[Floats, Floats]:
         """Return the gait of sines that is closest to periodic joint angles, by least squares.
 
-        The encoding must be `sine`, without symmetry.
+        The encoding must be `sine`, without symmetry, and no joint outside the legs may swing.
 
         Args:
             joint_angles: angles over whole cycles, (frames, joints) rad.
@@ -307,6 +331,10 @@ class Encoding:
         Returns:
             The genome, (genes,), within its bounds, and its angles, (frames, joints) rad.
         """
+        if self.anatomy.swing:
+            raise GaitsimError(
+                "a gait of given joint angles cannot swing a spine or tail", key="swing"
+            )
         time = np.arange(len(joint_angles))[:, None] / frame_rate
         turn = 2 * math.pi * frequency * time
         waves = np.concatenate([np.ones_like(turn), sin(turn), cos(turn)], axis=1)
@@ -420,7 +448,9 @@ class Encoding:
     def _slowed(self, frequency: Floats, cycles: list[Floats]) -> Floats:
         """Return the frequency, (population, 1) Hz, reduced to what the servos can follow."""
         speed = [fastest_turn(angles) for angles in cycles]
-        allowed = self.top_speed / np.maximum(np.concatenate(speed, axis=1), 1e-9)
+        allowed = self.top_speed[: len(self._standing)] / np.maximum(
+            np.concatenate(speed, axis=1), 1e-9
+        )
         slowed: Floats = np.minimum(frequency, allowed.min(axis=1, keepdims=True))
         return slowed
 
@@ -498,7 +528,8 @@ class Encoding:
         source, sign = self._mirrors
         frequency = values["frequency"][:, 0].copy()  # contiguous, as that of steps
         amplitude = values["amplitude"][:, source]
-        amplitude = np.minimum(amplitude, self.top_speed / (2 * math.pi * frequency[:, None]))
+        most = self.top_speed[: len(self._standing)]
+        amplitude = np.minimum(amplitude, most / (2 * math.pi * frequency[:, None]))
         offset = values["offset"][:, source] * sign
         return amplitude * sign, offset, values["delay"][:, source], frequency
 

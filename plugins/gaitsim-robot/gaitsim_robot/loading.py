@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from importlib.resources import files
 from pathlib import Path
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.plugin import BodyFile, Facts, nearest
+from gaitsim.plugin import BodyFile, Facts, nearest, unknown
 from gaitsim.plugin.toolkit import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
 from gaitsim_robot.conditions import apply_world
@@ -104,9 +105,20 @@ def bundled_text(name: str) -> str:
 
 @lru_cache(maxsize=16)
 def load_anatomy(
-    text: str, feet: tuple[str, ...], stance: tuple[tuple[str, float], ...], facing: Facing
+    text: str,
+    feet: tuple[str, ...],
+    stance: tuple[tuple[str, float], ...],
+    facing: Facing,
+    swing: tuple[str, ...] = (),
 ) -> Anatomy:
     """Return the anatomy of a robot's text with the options of the body; `stance` in degrees."""
+    if swing:
+        still = load_anatomy(text, feet, stance, facing)
+        for name in swing:
+            if name not in still.held:
+                raise unknown("held joint", name, still.held, key="swing")
+        held = tuple(name for name in still.held if name not in swing)
+        return replace(still, held=held, swing=swing)
     pose = {joint: math.radians(angle) for joint, angle in stance}
     return find_anatomy(compile_model(text), feet, pose or None, facing)
 
@@ -249,12 +261,15 @@ def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
 
 
 def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
-    driven, held = len(anatomy.joints), len(anatomy.held)
+    driven, held = len(anatomy.joints) - len(anatomy.swing), len(anatomy.held)
     lines = {
         "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} links",
         "trunk": f"{anatomy.trunk:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
         "joints": f"{driven} in the legs, moved by gaits",
     }
+    if anatomy.swing:
+        names = shorten(anatomy.swing, 8)
+        lines["swing"] = f"{len(anatomy.swing)} outside the legs, swung by gaits: {names}"
     if held:
         names = shorten(anatomy.held, 8)
         lines["held"] = f"{held} outside the legs, held in the standing pose: {names}"

@@ -24,6 +24,7 @@ from gaitsim.plugin import (
     Measure,
     Motion,
     Organism,
+    Question,
     RealSpace,
     Reflex,
     Rhythm,
@@ -88,9 +89,10 @@ from gaitsim_robot.loading import (
     standing_angles,
 )
 from gaitsim_robot.measures import measures
+from gaitsim_robot.questions import ask
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
-from gaitsim_robot.text import with_motors
+from gaitsim_robot.text import compile_model, with_motors
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
@@ -242,6 +244,11 @@ class Robot(Organism):
         "default, those that the actuators or transmissions in the robot's file drive, or all if "
         "it states none; a joint without limits turns by ±90°",
     )
+    swing: tuple[str, ...] = option(
+        (),
+        "names of joints outside the legs, such as of a spine or tail, that swing with the rhythm; "
+        "amplitude and phase of each are genes; by default, all hold the standing pose",
+    )
     facing: Facing = option(
         "auto",
         "direction of the nose in the robot's file, with z up; 'auto' follows the names of the "
@@ -387,7 +394,8 @@ class Robot(Organism):
     @property
     def anatomy(self) -> Anatomy:
         """Legs, feet and standing pose of the intact robot."""
-        return load_anatomy(self.text, self.feet, tuple(self.stance.items()), self.facing)
+        stance = tuple(self.stance.items())
+        return load_anatomy(self.text, self.feet, stance, self.facing, self.swing)
 
     @property
     def simulation(self) -> Simulation:
@@ -437,6 +445,13 @@ class Robot(Organism):
         of_file = found.warnings if found else ()
         units = unit_warning(anatomy.length, anatomy.mass)
         return tuple(filter(None, (units, *of_file, *anatomy.warnings)))
+
+    def questions(self) -> tuple[Question, ...]:
+        """Return what was guessed about the robot's file; () for a bundled robot."""
+        if self.model in BUNDLED:
+            return ()
+        servos = load_servos(self.text, self.anatomy, self._servo)
+        return ask(compile_model(self.text), self.anatomy, servos)
 
     def gait_warnings(self, genome: Genomes) -> tuple[str, ...]:
         """Return a warning about commands of the drive beyond what a gait can do."""

@@ -1,13 +1,14 @@
-"""Only what a file drives has a motor; linkages and couplings follow from closed forms."""
+"""Joints that a file drives have motors, others have none; linkages follow closed forms."""
 
 import math
 
 import mujoco
 import numpy as np
 import pytest
-from mechanisms import MECHANISMS, SHANK, THIGH, mechanism
+from mechanisms import MECHANISMS, SHANK, THIGH, mechanism, servo
 
 from gaitsim.plugin import GaitsimError
+from gaitsim.plugin.toolkit import STRIDE_FREQUENCY
 from gaitsim_robot.chain import pose_data
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.importing import import_robot
@@ -150,3 +151,36 @@ def test_a_closed_linkage_walks_and_is_not_steered(tmp_path):
     assert motion["torso"][0, -1, 0] > 0.05
     with pytest.raises(GaitsimError, match="closed linkages"):
         robot.pilot(start)
+
+
+TAIL = (
+    '<body name="tail" pos="-0.15 0 0"><joint name="wag" axis="0 0 1" range="-0.5 0.5" '
+    'armature="5e-4"/><geom type="capsule" fromto="0 0 0 -0.1 0 0" size="0.01"/></body>'
+)
+
+
+def test_a_tail_swings_with_the_rhythm_if_asked(tmp_path):
+    path = mechanism("toe", tmp_path, TAIL)
+    text = path.read_text().replace("</actuator>", servo("wag") + "</actuator>")
+    path.write_text(text)
+    file = import_robot(path)
+    still = Robot(model=file.text, duration=2.0, symmetry="alternating")
+    assert still.anatomy.held == ("wag",)
+    robot = still.model_copy(update={"swing": ("wag",)})
+    assert (robot.anatomy.held, robot.anatomy.joints[-1]) == ((), "wag")
+    names, space = still.genome_space().labels, robot.genome_space()
+    assert space.labels == (*names, "wag swing", "wag swing phase")
+    genome = robot.starts()["trot"]
+    rest = robot.move(genome[None])
+    assert np.ptp(rest["joint_angles"][0, :, -1]) == 0  # off in gaits made by hand
+    genome[-2:] = 0.3, 0.5
+    moved = robot.move(genome[None])["joint_angles"][0]
+    np.testing.assert_array_equal(moved[:, :-1], rest["joint_angles"][0, :, :-1])
+    time = np.arange(30, 101) / 50  # after the start
+    frequency = rest[STRIDE_FREQUENCY][0]
+    wave = 0.3 * np.sin(2 * np.pi * frequency * time + 0.5)
+    np.testing.assert_allclose(moved[30:, -1], wave, atol=1e-6)
+    with pytest.raises(GaitsimError, match="held joint 'FL_hip'"):
+        Robot(model=file.text, swing=("FL_hip",))
+    with pytest.raises(GaitsimError, match="spine or tail"):
+        robot.pilot(genome[None])
