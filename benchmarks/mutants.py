@@ -100,7 +100,8 @@ def _mutated(text: str, node: ast.expr) -> str:
     starts = [0]
     for line in data.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
-    assert node.end_lineno is not None and node.end_col_offset is not None
+    assert node.end_lineno is not None
+    assert node.end_col_offset is not None
     first = starts[node.lineno - 1] + node.col_offset
     last = starts[node.end_lineno - 1] + node.end_col_offset
     return (data[:first] + f"({ast.unparse(node)})".encode() + data[last:]).decode()

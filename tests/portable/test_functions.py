@@ -13,7 +13,11 @@ from gaitsim import portable
 from gaitsim.portable import scalar
 from gaitsim.portable.compiled import sin_and_cos
 
-compiled_pair = njit(lambda angle: sin_and_cos(angle))
+
+@njit
+def compiled_pair(angle):
+    return sin_and_cos(angle)
+
 
 SPECIAL = [
     0.0, 0.5, 1.0, 2.0, 2.5, 3.0, 5e-324, 1e308, 2.0**53, 2.0**53 - 1, 2.0**70, math.inf, math.nan,

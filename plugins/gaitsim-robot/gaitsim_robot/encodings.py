@@ -251,7 +251,7 @@ class Encoding:
             swung = np.minimum(values["swing"], fastest)[:, None] * sin(turn)
             angles = np.concatenate([angles, swung], axis=2)
         angles *= np.clip(np.arange(frames) / (RAMP_TIME * FRAME_RATE), 0, 1)[:, None]
-        standing, limits = self._standing, self._limits
+        standing, limits = self._standing, np.array(self._limits)
         if self.anatomy.swing:
             joints = [self.model.joint(name) for name in self.anatomy.swing]
             rest = [self.anatomy.stance[joint.qposadr[0]] for joint in joints]
