@@ -17,6 +17,7 @@ from gaitsim_robot.importing import import_robot
 from gaitsim_robot.importing.convert import convert
 from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.meshes import MeshError, count_vertices, decode, hull
+from gaitsim_robot.loading import bundled_text
 
 FIXTURES = Path(__file__).parent / "fixtures" / "robots"
 DOG = FIXTURES / "dog_description" / "urdf" / "dog.urdf"
@@ -695,3 +696,9 @@ def test_crashes_hangs_and_memory_bombs_are_reported_as_errors(monkeypatch, task
     monkeypatch.setattr(child, "SECONDS", 2 if what.startswith("took") else 60)
     with pytest.raises(RobotError, match=what):
         child.run_in_child(task, argument, where="a file")
+
+
+def test_a_file_with_a_robots_text_is_read_as_it_is(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(bundled_text("hexapod"))
+    assert import_robot(path).text == bundled_text("hexapod")

@@ -37,6 +37,13 @@ def convert(
     file = Path(path)
     data = read(file)
     document = parse(data, path)
+    if scale == mass_scale == 1 and (text := _own_text(data)):
+        return {
+            "name": document.get("model", file.stem),
+            "text": text,
+            "repairs": [],
+            "warnings": [],
+        }
     files = RobotFiles(file.resolve(), [Path(root) for root in roots])
     if document.tag == "robot":
         robot = read_urdf(document, files, path)
@@ -90,3 +97,14 @@ def _fold(lines: Iterable[str], most: int = 4) -> list[str]:
             group if len(group) <= most else [f"{group[0]}; and {len(group) - 1} more like this"]
         )
     ]
+
+
+def _own_text(data: bytes) -> str:
+    """Return the content of a file that holds a robot's text, such as of `--model-out`, or ''."""
+    try:
+        text = data.decode()
+        check_text(text)
+        compile_text(text)
+    except (RobotError, UnicodeDecodeError):
+        return ""
+    return text
