@@ -10,7 +10,7 @@ include their robot.
   in the text.
 - The largest torque of a joint is its `actuatorfrcrange`. Its `user` values are its largest speed,
   rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown.
-- Equality constraints represent mimic joints and closed linkages.
+- Equality constraints represent mimic joints and closed linkages. Tendons are fixed and passive.
 - There is at most one keyframe, `stand`.
 - The actuators are the motors that the robot's file states, without their properties. If it states
   none, each joint has a motor, and there are actuators only if joints follow others.
@@ -71,6 +71,12 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
     },
     ("mujoco", "equality", "connect"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
     ("mujoco", "equality", "weld"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
+    ("mujoco", "tendon"): {},
+    ("mujoco", "tendon", "fixed"): {
+        "name": _NAME, "stiffness": _count(1), "damping": _count(1), "frictionloss": _count(1),
+        "springlength": _count(2), "range": _count(2),
+    },
+    ("mujoco", "tendon", "fixed", "joint"): {"joint": _NAME, "coef": _count(1)},
     ("mujoco", "actuator"): {},
     ("mujoco", "actuator", "motor"): {"joint": _NAME},
     ("mujoco", "keyframe"): {},

@@ -184,3 +184,42 @@ def test_a_tail_swings_with_the_rhythm_if_asked(tmp_path):
         Robot(model=file.text, swing=("FL_hip",))
     with pytest.raises(GaitsimError, match="spine or tail"):
         robot.pilot(genome[None])
+
+
+def test_a_ball_turns_freely_and_has_no_motor(tmp_path):
+    ball = (
+        '<body name="b" pos="0 0 0.05"><joint name="neck" type="ball"/><geom size="0.01"/></body>'
+    )
+    file, model, anatomy = read("toe", tmp_path, ball)
+    assert {"neck x", "neck y", "neck z"} <= {*anatomy.passive}
+    axes = model.jnt_axis[[model.joint(f"neck {letter}").id for letter in "xyz"]]
+    np.testing.assert_array_equal(axes, np.eye(3))
+    path = mechanism("toe", tmp_path, ball)
+    path.write_text(path.read_text().replace("</actuator>", '<motor joint="neck"/></actuator>'))
+    with pytest.raises(GaitsimError, match="three hinges"):
+        import_robot(path)
+
+
+def test_a_tendon_pulls_as_its_spring(tmp_path):
+    path = mechanism("toe", tmp_path)
+    tendon = (
+        '<tendon><fixed name="ham" stiffness="3" damping="0.2" springlength="0.1" '
+        'range="-0.5 0.9"><joint joint="FL_hip" coef="1"/><joint joint="FL_knee" coef="-2"/>'
+        '</fixed><fixed name="sensed"><joint joint="FR_hip" coef="1"/></fixed></tendon>'
+    )
+    path.write_text(path.read_text().replace("<actuator>", tendon + "<actuator>"))
+    file = import_robot(path)
+    assert not file.warnings  # a tendon without a spring changes nothing
+    model = compile_model(file.text)
+    data = mujoco.MjData(model)
+    hip, knee = (model.joint(f"FL_{name}").qposadr[0] for name in ("hip", "knee"))
+    data.qpos[[hip, knee]] = 0.4, -0.3
+    mujoco.mj_forward(model, data)
+    force = -3 * (0.4 + 2 * 0.3 - 0.1)
+    assert data.qfrc_passive[[hip - 1, knee - 1]] == pytest.approx([force, -2 * force])
+    assert model.tendon_range[0] == pytest.approx([-0.5, 0.9])
+    pulled = path.read_text().replace("</actuator>", '<motor tendon="sensed"/></actuator>')
+    path.write_text(pulled)
+    (warning,) = import_robot(path).warnings
+    assert "'sensed'" in warning
+    assert "'FR_hip'" not in warning  # which has a motor of its own in the file

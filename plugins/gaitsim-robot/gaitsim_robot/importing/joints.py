@@ -200,10 +200,13 @@ def _assume_limits(robot: RobotTree) -> None:
 
 
 def _filter_couplings(robot: RobotTree) -> None:
-    """Keep only the couplings between existing joints."""
+    """Keep only the couplings and tendons between existing joints."""
     joints = {joint.name for joint in robot.joints}
     couplings = [one for one in robot.couplings if one.follower != one.leader]
     couplings = [one for one in couplings if {one.follower, one.leader} <= joints]
-    if lost := len(robot.couplings) - len(couplings):
-        robot.repairs.append(f"dropped couplings to fixed or missing joints: {lost}")
+    if dropped := len(robot.couplings) - len(couplings):
+        robot.repairs.append(f"dropped couplings to fixed or missing joints: {dropped}")
     robot.couplings = couplings
+    lost = [one.name for one in robot.tendons if not {name for name, _ in one.joints} <= joints]
+    report(robot.repairs, "dropped tendons of fixed joints", lost)
+    robot.tendons = [one for one in robot.tendons if one.name not in lost]

@@ -19,6 +19,7 @@ from gaitsim_robot.importing.tree import (
     Place,
     RobotTree,
     Shape,
+    Tendon,
     TreeJoint,
     report,
 )
@@ -170,20 +171,49 @@ class _MjcfReader:
                 joint.driven = joint.name not in followers
         self._excludes(robot)
         robot.stand = self._stand(root, inside)
-        if model.ntendon:
-            robot.warnings.append(self._tendons())
+        self._tendons(robot)
         return robot
 
-    def _tendons(self) -> str:
-        """Return a warning about the tendons, which are not simulated."""
-        names = [self._name("tendon", index) for index in range(self._model.ntendon)]
-        pulled = [self._name("joint", index) for index in sorted(self._pulled)]
-        return f"tendons are not simulated: {format_names(names)}" + (
-            f"; each of the joints that their motors pull has a motor of its own instead: "
-            f"{format_names(pulled)}"
-            if pulled
-            else "; springs and couplings through them are missing"
-        )
+    def _tendons(self, robot: RobotTree) -> None:
+        """Keep the springs, damping and limits of fixed tendons; warn about what is missing."""
+        model = self._model
+        tied = model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON].tolist()
+        at_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
+        moved = model.actuator_trnid[at_tendon, 0].tolist()
+        inside = {joint.name for joint in robot.joints}
+        missing: list[str] = []
+        for index in range(model.ntendon):
+            first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
+            wraps = slice(first, first + count)
+            fixed = (model.wrap_type[wraps] == mujoco.mjtWrap.mjWRAP_JOINT).all()
+            names = [self._name("joint", int(one)) for one in model.wrap_objid[wraps]]
+            values = {
+                "stiffness": model.tendon_stiffness[index],
+                "damping": model.tendon_damping[index],
+                "frictionloss": model.tendon_frictionloss[index],
+            }
+            given = {key: [value] for key, value in values.items() if value}
+            if "stiffness" in given:
+                given["springlength"] = model.tendon_lengthspring[index]
+            if model.tendon_limited[index]:
+                given["range"] = model.tendon_range[index]
+            kept = bool(given) and fixed and {*names} <= inside
+            if kept:
+                factors = model.wrap_prm[wraps].tolist()
+                pairs = tuple(zip(names, factors, strict=True))
+                robot.tendons.append(Tendon(self._name("tendon", index), pairs, given))
+            if index in tied or index in moved or (given and not kept):
+                missing.append(self._name("tendon", index))
+        if missing:
+            pulled = [self._name("joint", index) for index in sorted(self._pulled)]
+            instead = (
+                f"; each of the joints that their motors pull has a motor of its own instead: "
+                f"{format_names(pulled)}"
+            )
+            robot.warnings.append(
+                f"motors and couplings by tendons, and tendons in space, are not simulated: "
+                f"{format_names(missing)}{instead * bool(pulled)}"
+            )
 
     def _name(self, kind: str, index: int) -> str:
         return _name(self._model, kind, index) or f"{kind} {index}"
@@ -225,6 +255,13 @@ class _MjcfReader:
         model = self._model
         dof, angle = model.jnt_dofadr[index], model.jnt_qposadr[index]
         limits = tuple(map(float, model.jnt_range[index])) if model.jnt_limited[index] else None
+        if index in self._driven and _JOINTS[model.jnt_type[index]] == "ball":
+            raise RobotError(
+                f"a motor drives the ball joint {self._name('joint', index)!r}",
+                where=self._where,
+                allowed="motors of hinges; balls without motors are passive",
+                remedy="replace it by three hinges with a motor each",
+            )
         torque, stiffness, damping = self._actuators[index].tolist()
         if model.jnt_actfrclimited[index]:
             own = float(np.abs(model.jnt_actfrcrange[index]).max())

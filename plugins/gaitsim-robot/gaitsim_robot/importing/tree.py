@@ -1,7 +1,7 @@
 """A robot during its import: a tree of bodies that readers build, repairs change and text holds."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
@@ -159,6 +159,21 @@ class Closure:
     second: str
 
 
+@dataclass(frozen=True)
+class Tendon:
+    """A tendon with the length Σ coefficient · angle, and its spring, damping and limits.
+
+    Attributes:
+        name: name of the tendon.
+        joints: joints and their coefficients.
+        attributes: MuJoCo's attributes and their values.
+    """
+
+    name: str
+    joints: tuple[tuple[str, float], ...]
+    attributes: Mapping[str, Sequence[float]]
+
+
 @dataclass(eq=False)
 class RobotTree:
     """A robot.
@@ -168,6 +183,7 @@ class RobotTree:
         root: the trunk.
         couplings: mimic joints.
         closures: closed linkages and welds.
+        tendons: passive tendons of joints.
         excludes: pairs of names of bodies that never touch.
         stand: place of the trunk and joint angles, rad, in the keyframe; None without a keyframe.
         repairs: descriptions of everything that was dropped, replaced, added or assumed.
@@ -179,6 +195,7 @@ class RobotTree:
     root: Body
     couplings: list[Coupling] = field(default_factory=list)
     closures: list[Closure] = field(default_factory=list)
+    tendons: list[Tendon] = field(default_factory=list)
     excludes: list[tuple[str, str]] = field(default_factory=list)
     stand: tuple[Place, dict[str, float]] | None = None
     repairs: list[str] = field(default_factory=list)
@@ -264,6 +281,7 @@ class _Writer:
             root.append(self._meshes)
         root.append(world)
         self._excludes(root)
+        self._tendons(root)
         self._equalities(root)
         self._motors(root)
         self._stand(root)
@@ -335,6 +353,16 @@ class _Writer:
             SubElement(equality, "joint", joint1=follower, joint2=leader, polycoef=values)
         for closure in robot.closures:
             SubElement(equality, closure.kind, site1=closure.first, site2=closure.second)
+
+    def _tendons(self, root: Element) -> None:
+        tendons = SubElement(root, "tendon") if self._robot.tendons else root
+        for tendon in self._robot.tendons:
+            values = {key: _numbers(value) for key, value in tendon.attributes.items()}
+            fixed = SubElement(
+                tendons, "fixed", {"name": self._name("tendon", tendon.name)} | values
+            )
+            for joint, factor in tendon.joints:
+                SubElement(fixed, "joint", joint=self._joints[joint], coef=_number(factor))
 
     def _motors(self, root: Element) -> None:
         driven = [joint.name for joint in self._robot.joints if joint.driven]
