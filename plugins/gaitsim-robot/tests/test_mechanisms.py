@@ -190,7 +190,7 @@ def test_a_ball_turns_freely_and_has_no_motor(tmp_path):
     ball = (
         '<body name="b" pos="0 0 0.05"><joint name="neck" type="ball"/><geom size="0.01"/></body>'
     )
-    file, model, anatomy = read("toe", tmp_path, ball)
+    _, model, anatomy = read("toe", tmp_path, ball)
     assert {"neck x", "neck y", "neck z"} <= {*anatomy.passive}
     axes = model.jnt_axis[[model.joint(f"neck {letter}").id for letter in "xyz"]]
     np.testing.assert_array_equal(axes, np.eye(3))
