@@ -45,6 +45,8 @@ class Anatomy:
         held: names of driven joints outside the legs; their servos hold the standing pose.
         passive: names of joints without a motor, in legs and outside.
         swing: names of driven joints outside the legs that swing with the rhythm.
+        wheels: names of driven joints of wheels at the ends of legs.
+        rolling: names of those that roll; others hold their angles.
         stance: standing pose of the whole robot on the ground z = 0, (nq,), facing along x. The
             trunk's quaternion is not the identity if the robot does not face along x in its file,
             or if y points up.
@@ -69,14 +71,17 @@ class Anatomy:
     warnings: tuple[str, ...] = ()
     passive: tuple[str, ...] = ()
     swing: tuple[str, ...] = ()
+    wheels: tuple[str, ...] = ()
+    rolling: tuple[str, ...] = ()
     doubt: str = ""
     guessed_facing: str = ""
     searched: bool = False
 
     @property
     def joints(self) -> tuple[str, ...]:
-        """Names of the joints that gaits move: those of the legs, leg by leg, then `swing`."""
-        return (*(joint for leg in self.legs for joint in leg.joints), *self.swing)
+        """Names of the joints that gaits move: legs, leg by leg, then `swing`, then `rolling`."""
+        legs = (joint for leg in self.legs for joint in leg.joints)
+        return (*legs, *self.swing, *self.rolling)
 
 
 def name_legs(sides: Sequence[Side]) -> list[str]:

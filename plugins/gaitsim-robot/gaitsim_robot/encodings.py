@@ -21,7 +21,7 @@ from gaitsim.plugin.toolkit import (
     split_genomes,
 )
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import Chain
+from gaitsim_robot.chain import Chain, pose_data
 from gaitsim_robot.linkage import Linkage, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
 
@@ -152,6 +152,13 @@ def first_harmonic(angles: Floats) -> Floats:
     return np.stack([angles.mean(axis=0), length, arctan2(cosine, sine)])
 
 
+def _since_start(frames: int) -> Floats:
+    """Return the time in each frame, (frames,) s, less what the start at low speed delays it."""
+    time = np.arange(frames) / FRAME_RATE
+    delayed: Floats = np.where(time < RAMP_TIME, time**2 / (2 * RAMP_TIME), time - RAMP_TIME / 2)
+    return delayed
+
+
 _ALTERNATING = {2: "walk", 4: "trot", 6: "tripod", 8: "tetrapod"}
 """Names of the gait with half a cycle between neighbouring legs, by number of legs."""
 
@@ -180,6 +187,7 @@ class Encoding:
         symmetry: symmetry of the legs; see `symmetry.phases`.
         fastest: upper bound of the frequency gene, Hz.
         heading: direction of the strides of `steps`, from forward to the left, rad.
+        walks: whether the legs move; otherwise they hold the standing pose, and wheels roll.
     """
 
     model: Any
@@ -189,17 +197,23 @@ class Encoding:
     symmetry: Symmetry = "none"
     fastest: float = 2.5
     heading: float = 0.0
+    walks: bool = True
 
     @cached_property
     def groups(self) -> tuple[GeneGroup, ...]:
         """The gene groups; their lengths, in metres, are proportional to the size of the legs."""
-        if not (swing := self.anatomy.swing):
-            return self._leg_groups()
-        return (
-            *self._leg_groups(),
-            GeneGroup("swing", swing, 0.0, SWING),
-            GeneGroup("swing phase", swing, -math.pi, math.pi, periodic=True),
-        )
+        groups, swing = self._leg_groups(), self.anatomy.swing
+        if not self.walks:
+            groups = tuple(group for group in groups if group.name == "frequency")
+        if swing:
+            groups += (
+                GeneGroup("swing", swing, 0.0, SWING),
+                GeneGroup("swing phase", swing, -math.pi, math.pi, periodic=True),
+            )
+        if rolling := self.anatomy.rolling:
+            fastest = float(self.top_speed[-len(rolling) :].min())
+            groups += (GeneGroup("roll", ("",), -fastest, fastest),)
+        return groups
 
     def _leg_groups(self) -> tuple[GeneGroup, ...]:
         legs = self.anatomy.legs
@@ -242,25 +256,39 @@ class Encoding:
             The commands, (population, frames, joints) rad, and the frequency, (population,) Hz.
         """
         values, phase = self._decoded(genomes)
-        play = self._play_steps if self.kind == "steps" else self._play_oscillators
-        angles, frequency = play(values, phase, frames)
-        if self.anatomy.swing:
+        legs, swing, rolling = len(self._standing), self.anatomy.swing, self.anatomy.rolling
+        if self.walks:
+            play = self._play_steps if self.kind == "steps" else self._play_oscillators
+            angles, frequency = play(values, phase, frames)
+        else:
+            angles, frequency = np.zeros((len(genomes), frames, legs)), values["frequency"][:, 0]
+        if swing:
             cycles = frequency[:, None, None] * (np.arange(frames) / FRAME_RATE)[:, None]
             turn = 2 * math.pi * cycles + values["swing phase"][:, None]
-            fastest = self.top_speed[len(self._standing) :] / (2 * math.pi * frequency[:, None])
-            swung = np.minimum(values["swing"], fastest)[:, None] * sin(turn)
-            angles = np.concatenate([angles, swung], axis=2)
+            most = self.top_speed[legs : legs + len(swing)]
+            swung = np.minimum(values["swing"], most / (2 * math.pi * frequency[:, None]))
+            angles = np.concatenate([angles, swung[:, None] * sin(turn)], axis=2)
         angles *= np.clip(np.arange(frames) / (RAMP_TIME * FRAME_RATE), 0, 1)[:, None]
+        if rolling:
+            turned = values["roll"][:, None] * self._forward * _since_start(frames)[:, None]
+            angles = np.concatenate([angles, turned], axis=2)
         standing, limits = self._standing, np.array(self._limits)
-        if self.anatomy.swing:
-            joints = [self.model.joint(name) for name in self.anatomy.swing]
-            rest = [self.anatomy.stance[joint.qposadr[0]] for joint in joints]
-            standing = np.concatenate([standing, rest])
-            limits = np.concatenate([limits, np.array([joint.range for joint in joints]).T], axis=1)
+        for name in (*swing, *rolling):
+            joint = self.model.joint(name)
+            standing = np.append(standing, self.anatomy.stance[joint.qposadr[0]])
+            ends = (-np.inf, np.inf) if name in rolling else joint.range
+            limits = np.column_stack([limits, ends])
         angles += standing
         np.clip(angles, *limits, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
         return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64), frequency
+
+    @cached_property
+    def _forward(self) -> Floats:
+        """The direction of turning in which each wheel rolls forward, (wheels,), 1 or −1."""
+        data = pose_data(self.model, self.anatomy.stance)
+        axes = data.xaxis[[self.model.joint(name).id for name in self.anatomy.rolling]]
+        return np.where(axes[:, 1] < 0, -1.0, 1.0)
 
     def rhythm(self, genomes: Genomes) -> Rhythm:
         """Return the gaits as rhythms, whose strokes commands and reflexes change.
@@ -271,12 +299,12 @@ class Encoding:
             GaitsimError: a leg is a closed linkage, or joints outside the legs swing.
         """
         linked = any(isinstance(chain, Linkage) for chain in self.chains)
-        if linked or self.anatomy.swing:
-            parts = "legs with closed linkages or coupled joints" if linked else "a spine or tail"
+        if linked or self.anatomy.swing or self.anatomy.rolling:
+            parts = "closed linkages or coupled joints" if linked else "a spine, tail or wheels"
             raise GaitsimError(
                 f"commands and reflexes cannot move {parts}",
                 remedy="evolve a gait without 'organism.reflexes' and 'organism.drive'"
-                + ("" if linked else ", or without 'organism.swing'"),
+                + ("" if linked else ", or without 'organism.swing' and 'organism.wheels'"),
             )
         values, phase = self._decoded(genomes)
         walk = self._walk_steps if self.kind == "steps" else self._walk_oscillators
@@ -331,10 +359,8 @@ class Encoding:
         Returns:
             The genome, (genes,), within its bounds, and its angles, (frames, joints) rad.
         """
-        if self.anatomy.swing:
-            raise GaitsimError(
-                "a gait of given joint angles cannot swing a spine or tail", key="swing"
-            )
+        if self.anatomy.swing or self.anatomy.rolling:
+            raise GaitsimError("a gait of given joint angles cannot move a spine, tail or wheels")
         time = np.arange(len(joint_angles))[:, None] / frame_rate
         turn = 2 * math.pi * frequency * time
         waves = np.concatenate([np.ones_like(turn), sin(turn), cos(turn)], axis=1)

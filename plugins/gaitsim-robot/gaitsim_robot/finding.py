@@ -350,6 +350,7 @@ class Finder:
             notes,
             warnings,
             tuple(name for index, name in joints.items() if index not in driven),
+            wheels=tuple(joints[one] for limb in stand.limbs for one in limb.wheels),
             doubt=self.doubt,
             guessed_facing=self.guessed_facing,
             searched=self.searched,

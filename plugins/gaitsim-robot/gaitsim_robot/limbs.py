@@ -38,6 +38,7 @@ class Limb:
         hip: anchor of the last joint of the hip, (3,) m.
         knee: index in `joints` of the first joint after the hip.
         length: largest distance between `hip` and the tip, m.
+        wheels: driven joints of a wheel at the end, which do not belong to the leg.
     """
 
     joints: Indices
@@ -50,6 +51,7 @@ class Limb:
     hip: Floats
     knee: int
     length: float
+    wheels: tuple[int, ...] = ()
 
     @cached_property
     def weights(self) -> Floats:
@@ -199,8 +201,9 @@ class Tree:
         of_foot = self.surfaces.points_on(foot)
         if not joints or not len(of_foot):
             return None
+        wheels: list[int] = []
         while len(joints) > 1 and self._is_wheel(joints[-1], of_foot):
-            joints.pop()  # the joint of a wheel does not belong to the leg
+            wheels.append(joints.pop())
         anchors = data.xanchor[joints]
         tip, radius, body, sole = self._tip(anchors, of_foot)
         segments = np.linalg.norm(np.diff(np.vstack([anchors, tip]), axis=0), axis=1)
@@ -210,7 +213,7 @@ class Tree:
         parts = np.unique(np.concatenate([self._below(group) for group in groups]))
         return Limb(
             np.array(joints, np.intp), foot, parts, chain, radius, body, sole,
-            anchors[hip].copy(), hip + 1, _farthest(chain, hip),
+            anchors[hip].copy(), hip + 1, _farthest(chain, hip), tuple(wheels),
         )  # fmt: skip
 
     def _is_wheel(self, joint: int, of_foot: Indices) -> bool:

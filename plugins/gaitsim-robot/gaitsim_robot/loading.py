@@ -110,15 +110,23 @@ def load_anatomy(
     stance: tuple[tuple[str, float], ...],
     facing: Facing,
     swing: tuple[str, ...] = (),
+    rolls: bool = False,
 ) -> Anatomy:
     """Return the anatomy of a robot's text with the options of the body; `stance` in degrees."""
-    if swing:
+    if swing or rolls:
         still = load_anatomy(text, feet, stance, facing)
+        if rolls and not still.wheels:
+            raise RobotError(
+                "no leg ends in a wheel with a motor",
+                key="wheels",
+                remedy="set organism.wheels to 'hold'",
+            )
+        rolling = still.wheels if rolls else ()
         for name in swing:
             if name not in still.held:
                 raise unknown("held joint", name, still.held, key="swing")
-        held = tuple(name for name in still.held if name not in swing)
-        return replace(still, held=held, swing=swing)
+        held = tuple(name for name in still.held if name not in (*swing, *rolling))
+        return replace(still, held=held, swing=swing, rolling=rolling)
     pose = {joint: math.radians(angle) for joint, angle in stance}
     return find_anatomy(compile_model(text), feet, pose or None, facing)
 
@@ -127,8 +135,10 @@ def joint_ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]
     """Return the smallest and largest angle of each leg joint, rad."""
     model = compile_model(text)
     return tuple(
-        (float(low), float(high))
-        for low, high in (model.joint(name).range for name in anatomy.joints)
+        (-math.inf, math.inf)
+        if name in anatomy.rolling
+        else tuple(model.joint(name).range.tolist())
+        for name in anatomy.joints
     )
 
 
@@ -207,12 +217,17 @@ def load_servos(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, S
 
 @lru_cache(maxsize=16)
 def load_encoding(
-    simulation: Simulation, kind: Kind, symmetry: Symmetry, fastest: float, heading: float
+    simulation: Simulation,
+    kind: Kind,
+    symmetry: Symmetry,
+    fastest: float,
+    heading: float,
+    walks: bool = True,
 ) -> Encoding:
     """Return the encoding of a robot, whose commands stay below the speed of its servos."""
     top_speed = SPEED_SHARE * simulation.top_speed
     return Encoding(
-        simulation.model, simulation.anatomy, top_speed, kind, symmetry, fastest, heading
+        simulation.model, simulation.anatomy, top_speed, kind, symmetry, fastest, heading, walks
     )
 
 
@@ -261,7 +276,7 @@ def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
 
 
 def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
-    driven, held = len(anatomy.joints) - len(anatomy.swing), len(anatomy.held)
+    driven, held = sum(len(leg.joints) for leg in anatomy.legs), len(anatomy.held)
     lines = {
         "mass": f"{anatomy.mass:.4g} kg in {model.nbody - 1} links",
         "trunk": f"{anatomy.trunk:.3g} m long, {anatomy.stance[2]:.3g} m high when standing",
@@ -270,6 +285,9 @@ def _body(model: Any, anatomy: Anatomy) -> dict[str, str]:
     if anatomy.swing:
         names = shorten(anatomy.swing, 8)
         lines["swing"] = f"{len(anatomy.swing)} outside the legs, swung by gaits: {names}"
+    if anatomy.wheels:
+        how = "roll" if anatomy.rolling else "are held, as organism.wheels is 'hold'"
+        lines["wheels"] = f"{shorten(anatomy.wheels, 8)} {how}"
     if held:
         names = shorten(anatomy.held, 8)
         lines["held"] = f"{held} outside the legs, held in the standing pose: {names}"

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
-from typing import Annotated, Any, ClassVar, Self
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
@@ -249,6 +249,11 @@ class Robot(Organism):
         "names of joints outside the legs, such as of a spine or tail, that swing with the rhythm; "
         "amplitude and phase of each are genes; by default, all hold the standing pose",
     )
+    wheels: Literal["hold", "roll", "both"] = option(
+        "hold",
+        "what wheels at the ends of legs do: 'hold' keeps them still while the legs walk, 'roll' "
+        "rolls them while the legs stand, 'both' walks and rolls; their speed is a gene",
+    )
     facing: Facing = option(
         "auto",
         "direction of the nose in the robot's file, with z up; 'auto' follows the names of the "
@@ -395,7 +400,8 @@ class Robot(Organism):
     def anatomy(self) -> Anatomy:
         """Legs, feet and standing pose of the intact robot."""
         stance = tuple(self.stance.items())
-        return load_anatomy(self.text, self.feet, stance, self.facing, self.swing)
+        rolls = self.wheels != "hold"
+        return load_anatomy(self.text, self.feet, stance, self.facing, self.swing, rolls)
 
     @property
     def simulation(self) -> Simulation:
@@ -498,7 +504,12 @@ class Robot(Organism):
         # a genome.
         heading = math.radians(self.heading)
         return load_encoding(
-            self._simulation((), {}), self.encoding, self.symmetry, self.fastest_stride, heading
+            self._simulation((), {}),
+            self.encoding,
+            self.symmetry,
+            self.fastest_stride,
+            heading,
+            self.wheels != "roll",
         )
 
     def move(self, genomes: Genomes) -> Motion:

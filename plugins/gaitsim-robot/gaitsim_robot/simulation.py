@@ -226,6 +226,9 @@ def build(
     for motor in spec.actuators:  # of the text, without properties
         spec.delete(motor)
     add_servos(spec, servos)
+    for name in anatomy.rolling:
+        spec.joint(name).limited = mujoco.mjtLimited.mjLIMITED_FALSE
+        spec.actuator(name).ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
     trunk = spec.worldbody.first_body()
     for geom in spec.geoms:
         geom.friction[0] = friction

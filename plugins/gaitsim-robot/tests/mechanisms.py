@@ -103,10 +103,14 @@ MECHANISMS: dict[str, Callable[[str, float, float], Part]] = {
 }
 
 
-def mechanism(name: str, folder: Path, more: str = "") -> Path:
+def mechanism(
+    name: str | Callable[[str, float, float], Part], folder: Path, more: str = ""
+) -> Path:
     """Write a robot with four legs of a kind, and return its file."""
     places = {"FL": (0.12, 0.08), "FR": (0.12, -0.08), "RL": (-0.12, 0.08), "RR": (-0.12, -0.08)}
-    parts = [MECHANISMS[name](leg, *place) for leg, place in places.items()]
+    create = MECHANISMS[name] if isinstance(name, str) else name
+    name = create.__name__
+    parts = [create(leg, *place) for leg, place in places.items()]
     bodies, equalities, actuators = ("".join(kind) for kind in zip(*parts, strict=True))
     path = folder / f"{name}.xml"
     path.write_text(

@@ -5,7 +5,7 @@ import math
 import mujoco
 import numpy as np
 import pytest
-from mechanisms import MECHANISMS, SHANK, THIGH, mechanism, servo
+from mechanisms import MECHANISMS, SHANK, THIGH, hinge, mechanism, servo, two_links
 
 from gaitsim.plugin import GaitsimError
 from gaitsim.plugin.toolkit import STRIDE_FREQUENCY
@@ -182,7 +182,7 @@ def test_a_tail_swings_with_the_rhythm_if_asked(tmp_path):
     np.testing.assert_allclose(moved[30:, -1], wave, atol=1e-6)
     with pytest.raises(GaitsimError, match="held joint 'FL_hip'"):
         Robot(model=file.text, swing=("FL_hip",))
-    with pytest.raises(GaitsimError, match="spine or tail"):
+    with pytest.raises(GaitsimError, match="spine, tail"):
         robot.pilot(genome[None])
 
 
@@ -223,3 +223,33 @@ def test_a_tendon_pulls_as_its_spring(tmp_path):
     (warning,) = import_robot(path).warnings
     assert "'sensed'" in warning
     assert "'FR_hip'" not in warning  # which has a motor of its own in the file
+
+
+def test_wheels_at_the_ends_of_legs_roll_if_asked(tmp_path):
+    def wheeled(n, x, y):
+        wheel = (
+            f'<body name="{n}_wheel" pos="-0.05 0 {-SHANK}"><joint name="{n}_roll" '
+            f'axis="0 {1 if y > 0 else -1} 0" armature="5e-4"/>'
+            '<geom type="cylinder" euler="1.5708 0 0" size="0.03 0.01"/></body>'
+        )
+        bodies = two_links(n, x, y, hinge(f"{n}_knee"), wheel)
+        return bodies, "", servo(f"{n}_hip", f"{n}_knee", f"{n}_roll")
+
+    file = import_robot(mechanism(wheeled, tmp_path))
+    held = Robot(model=file.text, duration=2.0)
+    wheels = ("FL_roll", "FR_roll", "RL_roll", "RR_roll")
+    assert (held.anatomy.wheels, held.anatomy.held) == (wheels, wheels)
+    robot = Robot(model=file.text, duration=4.0, wheels="roll")
+    assert robot.genome_space().labels == ("frequency", "roll")
+    motion = robot.move(np.array([[1.0, 4.0]]))
+    turned = motion["joint_positions"][0, -1, -4:]
+    np.testing.assert_allclose(turned, 4 * 3.75 * np.array([1, -1, 1, -1]), atol=0.1)
+    assert motion["torso"][0, -1, 0] == pytest.approx(0.03 * 4 * 3.75, rel=0.05)
+    both = Robot(model=file.text, duration=2.0, wheels="both", symmetry="alternating")
+    start = both.starts()["trot"]
+    assert start[-1] == 0
+    start[-1] = 3.0
+    assert both.move(start[None])["torso"][0, -1, 0] > 0.05
+    toe, *_ = read("toe", tmp_path)
+    with pytest.raises(GaitsimError, match="wheel"):
+        Robot(model=toe.text, wheels="roll")
