@@ -30,9 +30,8 @@ def ask(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo]) -> tuple[Ques
     """
     found = [*_units(anatomy), *_guesses(model, anatomy), *_servos(anatomy, servos)]
     if not model.nu:  # otherwise the text states the motors
-        joints = [model.joint(index).name for index in range(1, model.njnt)]
-        text = f"Do all {len(joints)} joints have motors? The file states none"
-        found.append(Question(text, "motors", _list(joints)))
+        text = f"Do all {model.njnt - 1} joints have motors? The file states none"
+        found.append(Question(text, "motors", '["all"]'))
     return tuple(sorted(found, key=lambda one: ORDER.index(one.option)))
 
 

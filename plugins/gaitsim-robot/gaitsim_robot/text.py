@@ -225,7 +225,7 @@ def compile_model(text: str) -> Any:
 
 @lru_cache(maxsize=16)
 def with_motors(text: str, names: tuple[str, ...]) -> str:
-    """Return a robot's text with motors in these joints alone.
+    """Return a robot's text with motors in these joints alone, or in all hinges for ('all',).
 
     Raises:
         RobotError: there is no such joint, or it does not turn.
@@ -233,6 +233,8 @@ def with_motors(text: str, names: tuple[str, ...]) -> str:
     model = compile_model(text)
     root = parse(text.encode(), WHERE, encoding="utf-8")
     hinges = {one.get("name", ""): one for one in root.iter("joint") if one.get("axis")}
+    if names == ("all",):
+        names = tuple(name for name, one in hinges.items() if one.get("type") != "slide")
     for name in names:
         if name not in hinges:
             raise unknown("joint", name, [model.joint(i).name for i in range(1, model.njnt)])
