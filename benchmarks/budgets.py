@@ -8,7 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-SCRIPTS = "spider", "recording", "startup", "video"
+SCRIPTS = "spider", "recording", "startup", "video", "waits"
 
 
 def main() -> None:
