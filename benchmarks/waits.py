@@ -20,6 +20,7 @@ from gaitsim.contracts import RealSpace
 
 COMPILED, STEP, PICTURE = 4.0, 60e-6, 5.0  # budgets, s
 STEPS, POPULATION = 2_000, 10
+MOTIONS = "export", "--format", "motion", "--population", "every 100"
 
 
 def main() -> None:
@@ -42,7 +43,7 @@ def main() -> None:
             took = run("plot", str(atlas), "--kind", kind, "--out", picture)
             print_budget(f"plot --kind {kind} of an atlas", took, PICTURE, seconds)
         motions = str(folder / "motions.npz")
-        took = run("export", str(atlas), "--population", "every 100", "--out", motions)
+        took = run(*MOTIONS, "--out", motions, str(atlas))
         print_budget("export --population 'every 100' of an atlas", took, PICTURE, seconds)
 
 
@@ -63,7 +64,7 @@ def steps() -> float:
         start = time.perf_counter()
         for _ in range(STEPS // POPULATION):
             genomes = search.ask()
-            search.tell(genomes, -(genomes**2).sum(axis=1))
+            search.tell(-(genomes**2).sum(axis=1))
         least = min(least, (time.perf_counter() - start) / STEPS)
     return least
 
