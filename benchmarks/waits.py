@@ -1,4 +1,4 @@
-"""What a user waits for: the first kernels, a step of `ask` and `tell`, pictures of an atlas.
+"""Waits of a user: for the first kernels, a step of `ask` and `tell`, pictures of an atlas.
 
     python benchmarks/waits.py [ATLAS]
 

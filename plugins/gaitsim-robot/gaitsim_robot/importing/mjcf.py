@@ -175,7 +175,7 @@ class _MjcfReader:
         return robot
 
     def _tendons(self, robot: RobotTree) -> None:
-        """Keep the springs, damping and limits of fixed tendons; warn about what is missing."""
+        """Keep the springs, damping and limits of fixed tendons; warn about the others."""
         model = self._model
         tied = model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON].tolist()
         at_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
