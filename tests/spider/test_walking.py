@@ -57,6 +57,7 @@ def test_feet_that_move_straight_back_carry_the_body_straight_forward() -> None:
     assert result["slip"].max() < 1e-7
 
 
+@pytest.mark.slow  # compiles a kernel that nothing else calls
 def test_feet_that_turn_right_turn_the_body_left_about_its_centre() -> None:
     turns = np.radians(-0.5 * np.arange(41))
     feet = Rotation.from_euler("z", turns[:, None]).as_matrix()[:, None] @ FEET[None, :, :, None]

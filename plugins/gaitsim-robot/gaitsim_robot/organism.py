@@ -240,9 +240,9 @@ class Robot(Organism):
     )
     motors: tuple[str, ...] = option(
         (),
-        "names of the joints with motors, or 'all'; others are passive, with their springs and damping; by "
-        "default, those that the actuators or transmissions in the robot's file drive, or all if "
-        "it states none; a joint without limits turns by ±90°",
+        "names of the joints with motors, or 'all'; others are passive, with their springs and "
+        "damping; by default, those that the actuators or transmissions in the robot's file drive, "
+        "or all if it states none; a joint without limits turns by ±90°",
     )
     swing: tuple[str, ...] = option(
         (),

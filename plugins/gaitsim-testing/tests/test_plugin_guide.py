@@ -61,6 +61,7 @@ def test_the_finding_in_the_guide_is_that_of_the_check(install):
     assert " ".join(broken.split()) in shown
 
 
+@pytest.mark.slow
 def test_the_search_in_the_docstring_conforms(install):
     from gaitsim.contracts import Search
 
