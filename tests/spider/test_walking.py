@@ -65,6 +65,7 @@ def test_feet_that_turn_right_turn_the_body_left_about_its_centre() -> None:
     np.testing.assert_allclose(result["pose"][-1], [0, 0, np.radians(20)], atol=2e-4)
 
 
+@pytest.mark.slow  # compiles it, too
 def test_travel_follows_the_heading() -> None:
     """A constant twist leads along a circle of radius v/ω."""
     turn, step = np.radians(1.0), 0.002
