@@ -302,9 +302,10 @@ class Encoding:
         if linked or self.anatomy.swing or self.anatomy.rolling:
             parts = "closed linkages or coupled joints" if linked else "a spine, tail or wheels"
             raise GaitsimError(
-                f"commands and reflexes cannot move {parts}",
-                remedy="evolve a gait without 'organism.reflexes' and 'organism.drive'"
-                + ("" if linked else ", or without 'organism.swing' and 'organism.wheels'"),
+                f"commands, reflexes and controllers in C cannot move {parts}",
+                remedy="leave out 'organism.reflexes' and 'organism.drive'"
+                + ("" if linked else ", or 'organism.swing' and 'organism.wheels'")
+                + "; formats such as csv export the gait as joint angles",
             )
         values, phase = self._decoded(genomes)
         walk = self._walk_steps if self.kind == "steps" else self._walk_oscillators
