@@ -62,12 +62,6 @@ class Linkage(Chain):
     origin: Floats
     addresses: Indices
 
-    def place(self, angles: Floats) -> Floats:
-        return self._pose(angles - self.zero)[0]
-
-    def rotation(self, angles: Floats) -> Floats:
-        return self._pose(angles - self.zero)[1]
-
     def solve(
         self,
         targets: Floats,
@@ -93,12 +87,6 @@ class Linkage(Chain):
     def dependents(self, angles: Floats) -> Floats:
         """Return the angles of the dependent joints for those of the driven ones."""
         return self.complete(angles)[..., self.dependent]
-
-    def error(self, angles: Floats) -> Floats:
-        """Return the largest gap of the linkage, (…) m, at angles of the driven joints."""
-        gaps, _ = self._gaps(self._frames(self.complete(angles)), self.complete(angles))
-        found: Floats = np.abs(gaps).max(axis=-1, initial=0.0)
-        return found
 
     def _pose(self, turned: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         frames = self._frames(self.complete(turned + self.zero))

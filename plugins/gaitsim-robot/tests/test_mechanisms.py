@@ -143,6 +143,16 @@ def test_the_option_motors_answers_which_joints_are_driven(tmp_path):
     assert model.nu == 2
 
 
+def test_without_actuators_a_linkage_is_assumed_to_be_driven_at_the_trunk(tmp_path):
+    path = mechanism("five_bar", tmp_path)
+    text = path.read_text()
+    path.write_text(text[: text.index("<actuator>")] + "</mujoco>")
+    file = import_robot(path)
+    assert find_anatomy(compile_model(file.text)).legs[0].joints == ("FL_a", "FL_b")
+    (warning,) = file.warnings
+    assert "organism.motors" in warning
+
+
 def test_a_closed_linkage_walks_and_is_not_steered(tmp_path):
     file, *_ = read("five_bar", tmp_path)
     robot = Robot(model=file.text, duration=2.0, symmetry="alternating")

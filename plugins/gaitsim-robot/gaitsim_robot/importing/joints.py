@@ -25,6 +25,8 @@ def repair_joints(robot: RobotTree) -> None:
         names = [joint.name for joint in root.joints]
         report(robot.repairs, "joints between the world and the robot, now free", names)
     root.joints = []
+    if not robot.motors_stated:
+        _assume_motors(robot)
     _replace_joints(robot)
     _fuse(robot)
     _merge_massless(robot)
@@ -41,6 +43,32 @@ def repair_joints(robot: RobotTree) -> None:
     _filter_couplings(robot)
     passive = [joint.name for joint in robot.joints if not joint.driven]
     report(robot.repairs, "passive joints, for which the file states no motor", passive)
+
+
+def _assume_motors(robot: RobotTree) -> None:
+    """Leave motors only at the beginning of both branches of a closed linkage."""
+    carrier = {site: body for body in robot.root.walk() for site in body.sites}
+    parent = {child: body for body in robot.root.walk() for child in body.children}
+
+    def path(site: str) -> list[Body]:
+        found = [carrier[site]]
+        while found[0] in parent:
+            found.insert(0, parent[found[0]])
+        return found
+
+    first: list[str] = []
+    for closure in robot.closures:
+        ends = path(closure.first), path(closure.second)
+        for bodies, others in (ends, ends[::-1]):
+            branch = [joint for body in bodies if body not in others for joint in body.joints]
+            first += [joint.name for joint in branch[:1] if joint.name not in first]
+            for joint in branch[1:]:
+                joint.driven = False
+    if first:
+        robot.warnings.append(
+            "the file states no motors: of the joints in closed linkages, only those next to the "
+            f"trunk are assumed to have one, {format_names(first)}; 'organism.motors' names others"
+        )
 
 
 def _replace_joints(robot: RobotTree) -> None:
