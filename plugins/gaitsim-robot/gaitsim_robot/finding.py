@@ -209,7 +209,14 @@ class Finder:
     def _legs(self, tree: Tree) -> tuple[list[Limb], tuple[str, ...]]:
         """Return the legs, and a note about limbs that their names exclude."""
         if self.feet:
-            return tree.limbs_to([self.model.body(name).id for name in self.feet]), ()
+            named = tree.limbs_to([self.model.body(name).id for name in self.feet])
+            if not named:
+                raise GaitsimError(
+                    f"no joint with a motor moves {', '.join(self.feet)}",
+                    key="feet",
+                    allowed="links that driven joints move, at the ends of legs",
+                )
+            return named, ()
         limbs = tree.limbs()
         legs = self._reaching(tree, limbs)
         notes: tuple[str, ...] = ()

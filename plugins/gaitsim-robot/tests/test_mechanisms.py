@@ -263,3 +263,13 @@ def test_wheels_at_the_ends_of_legs_roll_if_asked(tmp_path):
     toe, *_ = read("toe", tmp_path)
     with pytest.raises(GaitsimError, match="wheel"):
         Robot(model=toe.text, wheels="roll")
+
+
+def test_feet_that_no_motor_moves_are_refused(tmp_path):
+    antenna = (
+        '<body name="antenna" pos="0 0 0.05"><joint name="free" axis="0 1 0"/>'
+        '<geom size="0.01"/></body>'
+    )
+    file, *_ = read("toe", tmp_path, antenna)
+    with pytest.raises(GaitsimError, match="no joint with a motor moves antenna"):
+        Robot(model=file.text, feet=("antenna",))
