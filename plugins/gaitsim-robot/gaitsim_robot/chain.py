@@ -92,23 +92,12 @@ class Chain:
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
         orientation = self._pose(hold - self.zero)[1]
         rows = np.flatnonzero(weights)
-        small = 1e-6 * self.length * self.length
-        diagonal = np.eye(joints)
         for _ in range(iterations):
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
             error = np.concatenate([targets - tips, turn_to(rotation, orientation)], axis=-1)
             error = (error * weights)[..., rows]
-            slope = (_jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
-            downhill = multiply(slope.swapaxes(-1, -2), error)
-            stuck = ((angles <= self.lower) & (downhill < 0)) | (
-                (angles >= self.upper) & (downhill > 0)
-            )
-            slope = np.where(stuck[..., None, :], 0.0, slope)
-            downhill = np.where(stuck, 0.0, downhill)
-            damping = 0.5 * (error * error).sum(axis=-1) + small
-            normal = matmul(slope.swapaxes(-1, -2), slope) + damping[..., None, None] * diagonal
-            step = np.clip(solve(normal, downhill), -FARTHEST_TURN, FARTHEST_TURN)
-            angles = np.clip(angles + step, self.lower, self.upper)
+            slope = (jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
+            angles = improved(angles, error, slope, self.lower, self.upper, self.length)
         return angles
 
     def _pose(self, turned: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -121,12 +110,34 @@ class Chain:
         for joint, (anchor, axis) in enumerate(zip(self.anchors, self.axes, strict=True)):
             anchors[..., joint, :] = multiply(rotation, anchor) + shift
             axes[..., joint, :] = multiply(rotation, axis)
-            cross = cross_matrix(axis)
-            turn = np.eye(3) + sine[..., joint, None, None] * cross
-            turn += versine[..., joint, None, None] * matmul(cross, cross)
-            rotation = matmul(rotation, turn)
+            rotation = matmul(rotation, turned_about(axis, sine[..., joint], versine[..., joint]))
             shift = anchors[..., joint, :] - multiply(rotation, anchor)
         return multiply(rotation, self.tip) + shift, rotation, anchors, axes
+
+
+def improved(
+    angles: Floats, error: Floats, slope: Floats, lower: Floats, upper: Floats, size: float
+) -> Floats:
+    """Return angles after an iteration of the Levenberg-Marquardt method, within their limits.
+
+    Args:
+        angles: the angles, (..., joints) rad.
+        error: the errors, (..., rows) m.
+        slope: how fast angles reduce the errors, (..., rows, joints) m/rad.
+        lower: smallest angles, (joints,) rad.
+        upper: largest angles, (joints,) rad.
+        size: length of the leg, m.
+    """
+    downhill = multiply(slope.swapaxes(-1, -2), error)
+    stuck = ((angles <= lower) & (downhill < 0)) | ((angles >= upper) & (downhill > 0))
+    slope = np.where(stuck[..., None, :], 0.0, slope)
+    downhill = np.where(stuck, 0.0, downhill)
+    damping = 0.5 * (error * error).sum(axis=-1) + 1e-6 * size * size
+    normal = matmul(slope.swapaxes(-1, -2), slope)
+    normal += damping[..., None, None] * np.eye(len(lower))
+    step = np.clip(solve(normal, downhill), -FARTHEST_TURN, FARTHEST_TURN)
+    better: Floats = np.clip(angles + step, lower, upper)
+    return better
 
 
 def pose_data(model: Any, qpos: Floats) -> Any:
@@ -163,12 +174,16 @@ def multiply(matrices: Floats, vectors: Floats) -> Floats:
     return matmul(matrices, vectors[..., None])[..., 0]
 
 
-def cross_matrix(axis: Floats) -> Floats:
+def turned_about(axis: Floats, sine: Floats, versine: Floats) -> Floats:
+    """Return rotations about an axis, (..., 3, 3), from the sine and 1 − cosine of their angles."""
     x, y, z = axis
-    return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    turn: Floats = np.eye(3) + sine[..., None, None] * skew
+    turn += versine[..., None, None] * matmul(skew, skew)
+    return turn
 
 
-def _jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
+def jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
     """Return the derivatives of the tip, m/rad, then of its rotation, rad/rad, (..., 6, joints)."""
     lever = tips[..., None, :] - anchors
     columns = np.concatenate([cross(axes, lever), axes], axis=-1)

@@ -132,10 +132,8 @@ class CheckRobot(Action):
         )
 
         file, option = self.file, reader_of(self.file)[1]
-        overrides, roots = (
-            parse_assignments(self.set_ or ()),
-            [Path(one) for one in self.root or ()],
-        )
+        overrides = parse_assignments(self.set_ or ())
+        roots = [Path(folder) for folder in self.root or ()]
         self._check_options(roots)
         for key in {f"organism.{option}", "organism.plugin"} & overrides.keys():
             raise GaitsimError(f"{key} cannot be set, as the command checks {file}", where="--set")

@@ -272,16 +272,22 @@ class Encoding:
         if rolling:
             turned = values["roll"][:, None] * self._forward * _since_start(frames)[:, None]
             angles = np.concatenate([angles, turned], axis=2)
-        standing, limits = self._standing, np.array(self._limits)
-        for name in (*swing, *rolling):
-            joint = self.model.joint(name)
-            standing = np.append(standing, self.anatomy.stance[joint.qposadr[0]])
-            ends = (-np.inf, np.inf) if name in rolling else joint.range
-            limits = np.column_stack([limits, ends])
+        standing, lower, upper = self._all_joints
         angles += standing
-        np.clip(angles, *limits, out=angles)
+        np.clip(angles, lower, upper, out=angles)
         limited = limit_steps(angles.swapaxes(1, 2), self.top_speed / FRAME_RATE)
         return np.ascontiguousarray(limited.swapaxes(1, 2), np.float64), frequency
+
+    @cached_property
+    def _all_joints(self) -> Floats:
+        """Standing, smallest and largest angles of the joints of the anatomy, (3, joints) rad."""
+        found = np.stack([self._standing, *self._limits])
+        for name in (*self.anatomy.swing, *self.anatomy.rolling):
+            joint = self.model.joint(name)
+            ends = (-np.inf, np.inf) if name in self.anatomy.rolling else joint.range
+            rest = self.anatomy.stance[joint.qposadr[0]]
+            found = np.column_stack([found, [rest, *ends]])
+        return found
 
     @cached_property
     def _forward(self) -> Floats:

@@ -7,18 +7,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import cos, matmul, sin, solve
+from gaitsim.plugin.toolkit import cos, matmul, sin
 from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import (
-    FARTHEST_TURN,
     ITERATIONS,
     Chain,
     cross,
-    cross_matrix,
+    improved,
+    jacobian,
     leg_chain,
     multiply,
     pose_data,
     turn_to,
+    turned_about,
 )
 
 Indices = NDArray[np.intp]
@@ -98,7 +99,6 @@ class Linkage(Chain):
         orientation: Floats | None = None, weights: Floats | None = None,
     ) -> Floats:  # fmt: skip
         """Change free joints to close the linkage and, with targets, to move the tip there."""
-        size = self.length
         lower, upper = self.limits[0][free], self.limits[1][free]
         for _ in range(iterations):
             frames = self._frames(angles)
@@ -108,24 +108,15 @@ class Linkage(Chain):
                 tip = self._at(frames, self.holder, self.tip)
                 rotation = frames[0][..., self.holder, :, :]
                 off = np.concatenate([targets - tip, turn_to(rotation, orientation)], axis=-1)
-                turns = frames[3].swapaxes(-1, -2) * self.carriers[self.holder]
-                moves = np.concatenate([self._motion(frames, self.holder, tip), turns], axis=-2)
+                moves = jacobian(tip, *frames[2:]) * self.carriers[self.holder]
                 error = np.concatenate([(off * weights)[..., rows], CLOSED * error], axis=-1)
                 slope = np.concatenate(
                     [(moves * weights[:, None])[..., rows, :], CLOSED * slope], axis=-2
                 )
-            slope = slope[..., free]
-            downhill = multiply(slope.swapaxes(-1, -2), error)
-            now = angles[..., free]
-            stuck = ((now <= lower) & (downhill < 0)) | ((now >= upper) & (downhill > 0))
-            slope = np.where(stuck[..., None, :], 0.0, slope)
-            downhill = np.where(stuck, 0.0, downhill)
-            damping = 0.5 * (error * error).sum(axis=-1) + 1e-6 * size * size
-            normal = matmul(slope.swapaxes(-1, -2), slope)
-            normal += damping[..., None, None] * np.eye(len(free))
-            step = np.clip(solve(normal, downhill), -FARTHEST_TURN, FARTHEST_TURN)
             angles = angles.copy()
-            angles[..., free] = np.clip(now + step, lower, upper)
+            angles[..., free] = improved(
+                angles[..., free], error, slope[..., free], lower, upper, self.length
+            )
         return angles
 
     def _frames(self, angles: Floats) -> tuple[Floats, Floats, Floats, Floats]:
@@ -145,9 +136,7 @@ class Linkage(Chain):
                 )
             anchors[..., joint, :] = multiply(before, anchor) + moved
             axes[..., joint, :] = multiply(before, axis)
-            skew = cross_matrix(axis)
-            turn = np.eye(3) + sine[..., joint, None, None] * skew
-            turn += versine[..., joint, None, None] * matmul(skew, skew)
+            turn = turned_about(axis, sine[..., joint], versine[..., joint])
             rotations[..., joint, :, :] = matmul(before, turn)
             shifts[..., joint, :] = anchors[..., joint, :] - multiply(
                 rotations[..., joint, :, :], anchor
@@ -315,9 +304,10 @@ def _constraints(
     of_leg, moving = own | set(path) - others, set()
     pins: dict[tuple[int, int], bool] = {}
     couplings: dict[tuple[int, int], Floats] = {}
+    closed = loops(model)
     while True:
         before = len(pins) + len(couplings)
-        for sites, weld, around in loops(model):
+        for sites, weld, around in closed:
             if around & of_leg and sites not in pins:
                 pins[sites] = weld
                 moving |= around - others - own

@@ -357,11 +357,6 @@ class Robot(Organism):
             text = robot_text(self.model, folder, roots, **scales)
             for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
                 object.__setattr__(self, name, value)  # the model is frozen
-            try:
-                _ = self.text
-            except GaitsimError as error:
-                error.key = "motors"
-                raise
             _ = self.anatomy
         except GaitsimError as error:
             error.key = error.key or "model"

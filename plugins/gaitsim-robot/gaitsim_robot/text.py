@@ -237,9 +237,11 @@ def with_motors(text: str, names: tuple[str, ...]) -> str:
         names = tuple(name for name, one in hinges.items() if one.get("type") != "slide")
     for name in names:
         if name not in hinges:
-            raise unknown("joint", name, [model.joint(i).name for i in range(1, model.njnt)])
+            joints = [model.joint(index).name for index in range(1, model.njnt)]
+            raise unknown("joint", name, joints, key="motors")
         if hinges[name].get("type") == "slide":
-            raise RobotError(f"the joint {name!r} slides, and motors only turn joints")
+            what = f"the joint {name!r} slides, and motors only turn joints"
+            raise RobotError(what, key="motors")
         if "range" not in hinges[name].attrib:
             hinges[name].set("range", "-1.5708 1.5708")
     for actuator in root.findall("actuator"):

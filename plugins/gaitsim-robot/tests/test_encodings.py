@@ -11,7 +11,7 @@ from hypothesis import given, settings, strategies as st
 from small_robots import FACING_Y, HEXAPOD, HUMANOID, QUADRUPED
 
 from gaitsim.encoding import genome_space
-from gaitsim_robot.chain import _jacobian
+from gaitsim_robot.chain import jacobian
 from gaitsim_robot.encodings import SAMPLES, Encoding, cycle_angles
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.simulation import FRAME_RATE
@@ -99,7 +99,7 @@ def test_the_jacobian_is_the_derivative_of_the_kinematics():
     nudge = 1e-6 * np.eye(len(angles))
     slope = (chain.place(angles + nudge) - chain.place(angles - nudge)) / 2e-6
     tips, _, anchors, axes = chain._pose(angles - chain.zero)
-    assert _jacobian(tips, anchors, axes)[:3] == pytest.approx(slope.T, abs=1e-8)
+    assert jacobian(tips, anchors, axes)[:3] == pytest.approx(slope.T, abs=1e-8)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)
