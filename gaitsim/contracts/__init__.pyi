@@ -7,6 +7,13 @@ from gaitsim.contracts.conditions import (
     Terrain as Terrain,
     check_world as check_world,
 )
+from gaitsim.contracts.dimensions import (
+    DIMENSIONS_HELP as DIMENSIONS_HELP,
+    RANGES_HELP as RANGES_HELP,
+    Dimension as Dimension,
+    check_dimensions as check_dimensions,
+    factor_bounds as factor_bounds,
+)
 from gaitsim.contracts.motion import (
     Array as Array,
     Channel as Channel,

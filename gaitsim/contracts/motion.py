@@ -150,6 +150,10 @@ class Motion(TableMixin, Mapping[str, Array]):
     def __len__(self) -> int:
         return sum(1 for _ in self)
 
+    def add(self, name: str, values: Array) -> None:
+        """Add a channel, (population, …)."""
+        self._channels[name] = values
+
     @property
     def population(self) -> int:
         """The number of individuals."""

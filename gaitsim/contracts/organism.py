@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from gaitsim.contracts.conditions import Condition
+from gaitsim.contracts.dimensions import Dimension
 from gaitsim.contracts.motion import Array, Channel, Measure, Motion, Skeleton
 from gaitsim.contracts.plugin import Plugin
 from gaitsim.contracts.reflex import Controller
@@ -202,6 +203,27 @@ class Organism(Plugin):
         distance that the champion keeps in the worst of them.
         """
         return ()
+
+    def design_space(self) -> Mapping[str, Dimension]:
+        """Return the dimensions that factors change, by name; {} by default.
+
+        A body with dimensions has the options `dimensions: dict[str, float]`, `evolve: tuple[str,
+        ...]` and `ranges: dict[str, tuple[float, float]]`, and validates them with
+        `check_dimensions`. The dimensions in `evolve` are genes: `factor_bounds` returns their
+        bounds.
+        """
+        return {}
+
+    def embody(self, genome: Genomes) -> "tuple[Organism, Genomes]":
+        """Return the body of an individual, with its own dimensions, and the rest of its genes.
+
+        The returned body has no genes of dimensions, and moves exactly like the individual. The
+        default returns the body itself and the genome, for bodies without such genes.
+
+        Args:
+            genome: genome of the individual, (genes,).
+        """
+        return self, genome
 
     def describe(self) -> Facts:
         """Return facts about the body with its options, such as its mass and its legs."""

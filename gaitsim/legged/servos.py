@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -115,6 +115,7 @@ class Servo:
         travel: range from one end to the other, rad; the centre is in the middle.
         ticks: number of goal positions, counted from 0, of a servo on a bus; 0 for others.
         tick: angle between two goal positions, rad.
+        mass: mass, kg; 0 if unknown.
     """
 
     name: str
@@ -130,6 +131,14 @@ class Servo:
     travel: float = math.inf
     ticks: int = 0
     tick: float = 0.0
+    mass: float = 0.0
+
+    def scaled(self, factor: float) -> "Servo":
+        """Return a servo of the same kind with a factor of torque, gains and mass."""
+        if factor == 1:
+            return self
+        names = ("stall_torque", "stiffness", "damping", "armature", "mass")
+        return replace(self, **{name: factor * getattr(self, name) for name in names})
 
     @property
     def centre_tick(self) -> float:
@@ -177,6 +186,7 @@ SERVOS: Mapping[str, Servo] = {
             travel=math.radians(300),
             ticks=1024,
             tick=math.radians(300) / 1023,
+            mass=0.0546,
         ),
         _proportional(
             "sts3215",
@@ -192,6 +202,7 @@ SERVOS: Mapping[str, Servo] = {
             travel=TURN,
             ticks=4096,
             tick=TURN / 4096,
+            mass=0.055,
         ),
         _proportional(
             "mg995",
@@ -205,6 +216,7 @@ SERVOS: Mapping[str, Servo] = {
             "gain and armature estimated from similar servos",
             bus="pwm",
             travel=math.pi,  # some data sheets state 120°; a calibration sets the real limits
+            mass=0.055,
         ),
         _proportional(
             "xl430-w250",
@@ -220,6 +232,7 @@ SERVOS: Mapping[str, Servo] = {
             travel=TURN,
             ticks=4096,
             tick=TURN / 4096,
+            mass=0.0572,
         ),
     )
 }

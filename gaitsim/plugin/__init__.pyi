@@ -22,7 +22,9 @@ from gaitsim.choices import (
 )
 from gaitsim.contracts import (
     COMMAND as COMMAND,
+    DIMENSIONS_HELP as DIMENSIONS_HELP,
     OBSERVATIONS as OBSERVATIONS,
+    RANGES_HELP as RANGES_HELP,
     SAMPLES as SAMPLES,
     SEED as SEED,
     WORLD_HELP as WORLD_HELP,
@@ -35,6 +37,7 @@ from gaitsim.contracts import (
     Context as Context,
     Controller as Controller,
     Crossover as Crossover,
+    Dimension as Dimension,
     Exported as Exported,
     Exporter as Exporter,
     Facts as Facts,
@@ -72,7 +75,9 @@ from gaitsim.contracts import (
     Subject as Subject,
     Terrain as Terrain,
     Window as Window,
+    check_dimensions as check_dimensions,
     check_world as check_world,
+    factor_bounds as factor_bounds,
     folder_of as folder_of,
     option as option,
     roots_of as roots_of,

@@ -5,7 +5,8 @@ T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquar
 Transactions on Robotics 27 (2011) 984-991, whose damping follows the error.
 """
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -22,13 +23,15 @@ FARTHEST_TURN = 0.5  # rad, largest change of an angle in one iteration
 class Chain:
     """Hinges in series from the trunk to a tip, in the frame of the standing trunk.
 
+    The chains of several bodies have leading axes, (…), that broadcast with those of the angles.
+
     Attributes:
-        anchors: a point on each axis in the pose `zero`, (joints, 3) m.
-        axes: direction of each axis in the pose `zero`, (joints, 3).
-        tip: position of the tip in the pose `zero`, (3,) m.
-        zero: angles of the reference pose, (joints,) rad.
-        lower: smallest angles, (joints,) rad.
-        upper: largest angles, (joints,) rad.
+        anchors: a point on each axis in the pose `zero`, (…, joints, 3) m.
+        axes: direction of each axis in the pose `zero`, (…, joints, 3).
+        tip: position of the tip in the pose `zero`, (…, 3) m.
+        zero: angles of the reference pose, (…, joints) rad.
+        lower: smallest angles, (…, joints) rad.
+        upper: largest angles, (…, joints) rad.
     """
 
     anchors: Floats
@@ -39,10 +42,11 @@ class Chain:
     upper: Floats
 
     @property
-    def length(self) -> float:
-        """Length along the anchors to the tip, m."""
-        corners = np.vstack([self.anchors, self.tip])
-        return float(norm(np.diff(corners, axis=0)).sum()) or 1.0
+    def length(self) -> Floats:
+        """Length along the anchors to the tip, (…) m."""
+        corners = np.concatenate([self.anchors, self.tip[..., None, :]], axis=-2)
+        found = norm(np.diff(corners, axis=-2)).sum(axis=-1)
+        return np.where(found > 0, found, 1.0)
 
     def place(self, angles: Floats) -> Floats:
         """Return the positions of the tip, (..., 3) m, for angles, (..., joints) rad."""
@@ -53,19 +57,20 @@ class Chain:
         return self._pose(np.ascontiguousarray(angles - self.zero))[1]
 
     def weights(self, level: bool) -> Floats:
-        """Return weights for `solve` that suit the number of joints, (6,).
+        """Return weights for `solve` that suit the number of joints, (…, 6).
 
         Three joints control the whole position; two control mainly its forward and upward
         components. With `level`, further joints prevent the foot from pitching, rolling and yawing,
         in this order.
         """
-        joints = len(self.zero)
-        planar = bool((np.abs(self.axes[:, 1]) > PLANAR).all())
-        aside = 0.0 if planar else 1.0 if joints > 2 else 0.1
-        spare = joints - (2 if planar else 3) if level else 0
-        turns = [spare > 1 and not planar, spare > 0, spare > 2 and not planar]
-        place = [1.0, aside, 1.0] if joints > 1 else [0.1, 0.1, 1.0]
-        return np.concatenate([place, 0.3 * self.length * np.array(turns)])
+        joints = self.zero.shape[-1]
+        planar = (np.abs(self.axes[..., 1]) > PLANAR).all(axis=-1)
+        aside = np.where(planar, 0.0, 1.0 if joints > 2 else 0.1)
+        spare = np.where(planar, joints - 2, joints - 3) * level
+        one = np.ones_like(aside)
+        place = [one, aside, one] if joints > 1 else [0.1 * one, 0.1 * one, one]
+        turns = [(spare > 1) & ~planar, spare > 0, (spare > 2) & ~planar]
+        return np.stack([*place, *(0.3 * self.length * turn for turn in turns)], axis=-1)
 
     def solve(
         self,
@@ -80,23 +85,23 @@ class Chain:
         Args:
             targets: target positions, (..., 3) m.
             start: initial angles, (..., joints) rad, or (joints,) for all targets.
-            hold: angles at which the tip has the wanted orientation, (joints,) rad.
+            hold: angles at which the tip has the wanted orientation, (..., joints) rad.
             weights: weights of the errors in x, y, z, and of the rotations about x, y, z in metres
-                per radian, (6,).
+                per radian, (..., 6).
             iterations: number of iterations of the Levenberg-Marquardt method.
 
         Returns:
             The angles, (..., joints) rad. Each target is solved independently of the others.
         """
-        joints = len(self.zero)
+        joints = self.zero.shape[-1]
         angles = np.broadcast_to(start, (*targets.shape[:-1], joints)).copy()
         orientation = self._pose(hold - self.zero)[1]
-        rows = np.flatnonzero(weights)
+        rows = np.flatnonzero(weights.reshape(-1, 6).any(axis=0))
         for _ in range(iterations):
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
             error = np.concatenate([targets - tips, turn_to(rotation, orientation)], axis=-1)
             error = (error * weights)[..., rows]
-            slope = (jacobian(tips, anchors, axes) * weights[:, None])[..., rows, :]
+            slope = (jacobian(tips, anchors, axes) * weights[..., None])[..., rows, :]
             angles = improved(angles, error, slope, self.lower, self.upper, self.length)
         return angles
 
@@ -107,7 +112,8 @@ class Chain:
         rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
         shift = np.zeros((*shape, 3))
         anchors, axes = np.empty((*turned.shape, 3)), np.empty((*turned.shape, 3))
-        for joint, (anchor, axis) in enumerate(zip(self.anchors, self.axes, strict=True)):
+        for joint in range(turned.shape[-1]):
+            anchor, axis = self.anchors[..., joint, :], self.axes[..., joint, :]
             anchors[..., joint, :] = multiply(rotation, anchor) + shift
             axes[..., joint, :] = multiply(rotation, axis)
             rotation = matmul(rotation, turned_about(axis, sine[..., joint], versine[..., joint]))
@@ -116,7 +122,7 @@ class Chain:
 
 
 def improved(
-    angles: Floats, error: Floats, slope: Floats, lower: Floats, upper: Floats, size: float
+    angles: Floats, error: Floats, slope: Floats, lower: Floats, upper: Floats, size: Floats
 ) -> Floats:
     """Return angles after an iteration of the Levenberg-Marquardt method, within their limits.
 
@@ -124,9 +130,9 @@ def improved(
         angles: the angles, (..., joints) rad.
         error: the errors, (..., rows) m.
         slope: how fast angles reduce the errors, (..., rows, joints) m/rad.
-        lower: smallest angles, (joints,) rad.
-        upper: largest angles, (joints,) rad.
-        size: length of the leg, m.
+        lower: smallest angles, (..., joints) rad.
+        upper: largest angles, (..., joints) rad.
+        size: length of the leg, (...) m.
     """
     downhill = multiply(slope.swapaxes(-1, -2), error)
     stuck = ((angles <= lower) & (downhill < 0)) | ((angles >= upper) & (downhill > 0))
@@ -134,7 +140,7 @@ def improved(
     downhill = np.where(stuck, 0.0, downhill)
     damping = 0.5 * (error * error).sum(axis=-1) + 1e-6 * size * size
     normal = matmul(slope.swapaxes(-1, -2), slope)
-    normal += damping[..., None, None] * np.eye(len(lower))
+    normal += damping[..., None, None] * np.eye(angles.shape[-1])
     step = np.clip(solve(normal, downhill), -FARTHEST_TURN, FARTHEST_TURN)
     better: Floats = np.clip(angles + step, lower, upper)
     return better
@@ -169,15 +175,35 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
     )
 
 
+def stacked(chains: Sequence[Chain], axes: int = 0) -> Chain:
+    """Return the chains of several bodies as one.
+
+    Args:
+        chains: chains with as many joints.
+        axes: number of axes to insert behind that of the bodies, such as for samples of a cycle.
+    """
+    parts = []
+    for part in fields(Chain):
+        joined = np.stack([getattr(chain, part.name) for chain in chains])
+        parts.append(np.expand_dims(joined, tuple(range(1, 1 + axes))))
+    return Chain(*parts)
+
+
 def multiply(matrices: Floats, vectors: Floats) -> Floats:
     """Return the products of matrices, (..., n, m), and vectors, (..., m)."""
     return matmul(matrices, vectors[..., None])[..., 0]
 
 
 def turned_about(axis: Floats, sine: Floats, versine: Floats) -> Floats:
-    """Return rotations about an axis, (..., 3, 3), from the sine and 1 − cosine of their angles."""
-    x, y, z = axis
-    skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    """Return rotations about axes, (..., 3), from the sine and 1 − cosine of their angles, (...).
+
+    Returns:
+        The rotations, (..., 3, 3).
+    """
+    x, y, z = np.moveaxis(axis, -1, 0)
+    none = np.zeros_like(x)
+    skew = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=-1)
+    skew = skew.reshape(*x.shape, 3, 3)
     turn: Floats = np.eye(3) + sine[..., None, None] * skew
     turn += versine[..., None, None] * matmul(skew, skew)
     return turn
@@ -201,5 +227,5 @@ def turn_to(rotation: Floats, orientation: Floats) -> Floats:
     """Return the first-order rotation vector from `rotation` to `orientation`, (..., 3) rad."""
     turn: Floats = np.zeros(rotation.shape[:-1])
     for column in range(3):
-        turn += cross(rotation[..., column], orientation[:, column])
+        turn += cross(rotation[..., column], orientation[..., column])
     return turn / 2

@@ -21,7 +21,7 @@ from gaitsim.plugin.toolkit import (
     split_genomes,
 )
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import Chain, pose_data
+from gaitsim_robot.chain import Chain, pose_data, stacked
 from gaitsim_robot.linkage import Linkage, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
 
@@ -169,6 +169,9 @@ SWING = 0.6  # rad, largest amplitude of a joint in the sine and cpg encodings
 OFFSET = 0.3  # rad, largest offset from the standing pose in the sine and cpg encodings
 RAMP_TIME = 0.5  # s, duration of the transition from standing to the full gait
 COUPLING = 4.0  # 1/s, coupling to the leading oscillator
+LENGTHS = frozenset({"stride", "lift", "height", "shift", "spread", "sway"})
+"""Gene groups whose values are in lengths of the legs, so that a gait suits other dimensions."""
+
 LONGER = 1.25  # × a gait's longest stroke, up to which commands may lengthen strokes
 SHORTEST = 0.3  # × length of the legs, up to which commands may lengthen any strokes
 
@@ -188,6 +191,8 @@ class Encoding:
         fastest: upper bound of the frequency gene, Hz.
         heading: direction of the strides of `steps`, from forward to the left, rad.
         walks: whether the legs move; otherwise they hold the standing pose, and wheels roll.
+        bodies: encodings of the individuals of a population with their own dimensions, which
+            share everything but the legs' geometry; () for one body.
     """
 
     model: Any
@@ -198,10 +203,11 @@ class Encoding:
     fastest: float = 2.5
     heading: float = 0.0
     walks: bool = True
+    bodies: tuple["Encoding", ...] = ()
 
     @cached_property
     def groups(self) -> tuple[GeneGroup, ...]:
-        """The gene groups; their lengths, in metres, are proportional to the size of the legs."""
+        """The gene groups; their lengths are in lengths of the legs."""
         groups, swing = self._leg_groups(), self.anatomy.swing
         if not self.walks:
             groups = tuple(group for group in groups if group.name == "frequency")
@@ -244,7 +250,7 @@ class Encoding:
     def legs(self) -> Legs:
         """The legs, for reflexes."""
         names = tuple(leg.name for leg in self.anatomy.legs)
-        return Legs.of(names, self._tips, self._size, len(self._standing))
+        return Legs.of(names, self._tips, self._size, self._joints)
 
     def commands(self, genomes: Genomes, frames: int) -> tuple[Floats, Floats]:
         """Return the commands to the servos, and the stride frequency.
@@ -256,7 +262,7 @@ class Encoding:
             The commands, (population, frames, joints) rad, and the frequency, (population,) Hz.
         """
         values, phase = self._decoded(genomes)
-        legs, swing, rolling = len(self._standing), self.anatomy.swing, self.anatomy.rolling
+        legs, swing, rolling = self._joints, self.anatomy.swing, self.anatomy.rolling
         if self.walks:
             play = self._play_steps if self.kind == "steps" else self._play_oscillators
             angles, frequency = play(values, phase, frames)
@@ -280,13 +286,15 @@ class Encoding:
 
     @cached_property
     def _all_joints(self) -> Floats:
-        """Standing, smallest and largest angles of the joints of the anatomy, (3, joints) rad."""
+        """Standing, smallest and largest angles of the anatomy's joints, (3, …, joints) rad."""
         found = np.stack([self._standing, *self._limits])
         for name in (*self.anatomy.swing, *self.anatomy.rolling):
             joint = self.model.joint(name)
             ends = (-np.inf, np.inf) if name in self.anatomy.rolling else joint.range
-            rest = self.anatomy.stance[joint.qposadr[0]]
-            found = np.column_stack([found, [rest, *ends]])
+            column = np.empty((*found.shape[:-1], 1))
+            for row, value in enumerate((self.anatomy.stance[joint.qposadr[0]], *ends)):
+                column[row] = value
+            found = np.concatenate([found, column], axis=-1)
         return found
 
     @cached_property
@@ -321,7 +329,7 @@ class Encoding:
         return Rhythm(
             names=self.legs.names,
             joint_names=self.anatomy.joints,
-            first=np.cumsum([0, *(len(chain.zero) for chain in chains)]),
+            first=np.cumsum([0, *(chain.zero.shape[-1] for chain in chains)]),
             anchors=np.concatenate([chain.anchors for chain in chains]),
             axes=np.concatenate([chain.axes for chain in chains]),
             tips=self._tips,
@@ -344,9 +352,14 @@ class Encoding:
         )
 
     def _decoded(self, genomes: Genomes) -> tuple[dict[str, Floats], Floats]:
-        """Return the values of each gene group, and the phase of each leg, (population, legs)."""
+        """Return the values of each gene group, and the phase of each leg, (population, legs).
+
+        Lengths are in metres.
+        """
         names = [group.name for group in self.groups]
         values = dict(zip(names, split_genomes(genomes, self.groups), strict=True))
+        for name in LENGTHS.intersection(values):
+            values[name] = values[name] * self._size
         lag = values["lag"][:, 0] if "lag" in values else np.zeros(len(genomes))
         phase = values["phase"] if "phase" in values else phases(self.anatomy, self.symmetry, lag)
         return values, phase
@@ -403,10 +416,10 @@ class Encoding:
     def _gait(self, gait: Symmetry) -> Floats:
         """Return the genome of a gait of long, low step cycles."""
         steps = replace(self, kind="steps")
-        values = steps._values(gait)
+        genome = steps._genome(steps._values(gait))
         if self.kind == "steps":
-            return steps._genome(values)
-        whole = {name: value[None] for name, value in values.items()}
+            return genome
+        whole = steps._decoded(genome[None])[0]
         harmonic = []
         for leg, at in enumerate(self._leaders.tolist()):
             if leg == at:
@@ -419,14 +432,13 @@ class Encoding:
 
     def _values(self, gait: Symmetry) -> dict[str, Floats]:
         """Return the values of a gait of long, low step cycles by gene group, (parts,) each."""
-        size = self._size
         # A wave of two rows is the walk of a quadruped, with a quarter of a cycle between its legs.
         lag = np.array([2 * math.pi / max(4, 1 + int(rows(self.anatomy).max()))])
         values = {
-            "stride": 0.6 * size,
-            "lift": 0.08 * size,
+            "stride": 0.6,
+            "lift": 0.08,
             "duty": 0.5,
-            "sway": 0.08 * size,
+            "sway": 0.08,
             "frequency": 1.8,
             "phase": phases(self.anatomy, gait, lag)[0],
             "lag": lag,
@@ -443,25 +455,27 @@ class Encoding:
 
     @cached_property
     def chains(self) -> tuple[Chain, ...]:
-        """The chains of the legs in the standing pose."""
+        """The chains of the legs in the standing pose, of all bodies with an axis for samples."""
+        if self.bodies:
+            of_legs = zip(*(body.chains for body in self.bodies), strict=True)
+            return tuple(stacked(chains, axes=1) for chains in of_legs)
         return standing_chains(self.model, self.anatomy)
 
     def _step_groups(self, own: tuple[str, ...]) -> tuple[GeneGroup, ...]:
-        size = self._size
         shared: tuple[GeneGroup, ...] = (
             GeneGroup("duty", ("",), 0.35, 0.85),
-            GeneGroup("height", ("",), -0.2 * size, 0.1 * size),
-            GeneGroup("shift", ("",), -0.2 * size, 0.2 * size),
-            GeneGroup("spread", ("",), -0.15 * size, 0.2 * size),
+            GeneGroup("height", ("",), -0.2, 0.1),
+            GeneGroup("shift", ("",), -0.2, 0.2),
+            GeneGroup("spread", ("",), -0.15, 0.2),
         )
         if len(self.anatomy.legs) == 2:
             shared += (
-                GeneGroup("sway", ("",), 0.0, 0.25 * size),
+                GeneGroup("sway", ("",), 0.0, 0.25),
                 GeneGroup("sway lag", ("",), -math.pi / 2, math.pi / 2),
             )
         return (
-            GeneGroup("stride", own, 0.0, 0.8 * size),
-            GeneGroup("lift", own, 0.03 * size, 0.3 * size),
+            GeneGroup("stride", own, 0.0, 0.8),
+            GeneGroup("lift", own, 0.03, 0.3),
             *shared,
         )
 
@@ -481,9 +495,7 @@ class Encoding:
     def _slowed(self, frequency: Floats, cycles: list[Floats]) -> Floats:
         """Return the frequency, (population, 1) Hz, reduced to what the servos can follow."""
         speed = [fastest_turn(angles) for angles in cycles]
-        allowed = self.top_speed[: len(self._standing)] / np.maximum(
-            np.concatenate(speed, axis=1), 1e-9
-        )
+        allowed = self.top_speed[: self._joints] / np.maximum(np.concatenate(speed, axis=1), 1e-9)
         slowed: Floats = np.minimum(frequency, allowed.min(axis=1, keepdims=True))
         return slowed
 
@@ -539,7 +551,7 @@ class Encoding:
         path = np.zeros((population, legs, SAMPLES, 3))
         rows = np.arange(population)[:, None]
         for leg, chain in enumerate(self.chains):
-            joints = slice(first, first := first + len(chain.zero))
+            joints = slice(first, first := first + chain.zero.shape[-1])
             turn = 2 * math.pi * time[None, :, None] + delay[:, None, joints]
             swing = amplitude[:, None, joints] * sin(turn) + offset[:, None, joints]
             angles = np.clip(chain.zero + swing, chain.lower, chain.upper)
@@ -561,7 +573,7 @@ class Encoding:
         source, sign = self._mirrors
         frequency = values["frequency"][:, 0].copy()  # contiguous, as that of steps
         amplitude = values["amplitude"][:, source]
-        most = self.top_speed[: len(self._standing)]
+        most = self.top_speed[: self._joints]
         amplitude = np.minimum(amplitude, most / (2 * math.pi * frequency[:, None]))
         offset = values["offset"][:, source] * sign
         return amplitude * sign, offset, values["delay"][:, source], frequency
@@ -571,7 +583,7 @@ class Encoding:
     ) -> tuple[Floats, Floats]:
         """Return oscillations relative to the standing pose, and their frequency, as `commands`."""
         of_joints = np.repeat(
-            np.arange(len(self.chains)), [len(chain.zero) for chain in self.chains]
+            np.arange(len(self.chains)), [chain.zero.shape[-1] for chain in self.chains]
         )
         amplitude, offset, delay, frequency = self._oscillation(values)
         oscillators = Oscillators(of_joints, frames, FRAME_RATE)
@@ -594,13 +606,22 @@ class Encoding:
 
     @cached_property
     def _tips(self) -> Floats:
-        """The feet in the standing pose, (legs, 3) m."""
+        """The feet in the standing pose, (legs, 3) m, or (bodies, legs, 3) m."""
+        if self.bodies:
+            return np.stack([body._tips for body in self.bodies])
         return np.array([chain.tip for chain in self.chains])
 
     @cached_property
-    def _size(self) -> float:
-        """Mean length of the legs, m."""
+    def _size(self) -> Any:
+        """Mean length of the legs, m, or (bodies, 1) m."""
+        if self.bodies:
+            return np.array([[body._size] for body in self.bodies])
         return float(np.mean([leg.length for leg in self.anatomy.legs]))
+
+    @property
+    def _joints(self) -> int:
+        """Number of joints of the legs."""
+        return sum(chain.zero.shape[-1] for chain in self.chains)
 
     @cached_property
     def _leaders(self) -> NDArray[np.intp]:
@@ -612,21 +633,27 @@ class Encoding:
         first = dict.fromkeys(self._leaders.tolist(), 0)
         count = 0
         for leg in first:
-            first[leg], count = count, count + len(self.chains[leg].zero)
+            first[leg], count = count, count + self.chains[leg].zero.shape[-1]
         source, sign = [], []
         for leg, leader in enumerate(self._leaders.tolist()):
-            for joint in range(len(self.chains[leg].zero)):
+            axes, own = (self._axes(one) for one in (leader, leg))
+            for joint in range(len(own)):
                 source.append(first[leader] + joint)
-                image = self.chains[leader].axes[joint] * [-1, 1, -1]
-                opposed = leader != leg and image @ self.chains[leg].axes[joint] < 0
+                opposed = leader != leg and (axes[joint] * [-1, 1, -1]) @ own[joint] < 0
                 sign.append(-1.0 if opposed else 1.0)
         return np.array(source, np.intp), np.array(sign)
 
+    def _axes(self, leg: int) -> Floats:
+        """Return the axes of a leg's joints, of the first body, (joints, 3)."""
+        axes = self.chains[leg].axes
+        first: Floats = axes.reshape(-1, *axes.shape[-2:])[0]
+        return first
+
     @cached_property
     def _standing(self) -> Floats:
-        return np.concatenate([chain.zero for chain in self.chains])
+        return np.concatenate([chain.zero for chain in self.chains], axis=-1)
 
     @cached_property
     def _limits(self) -> tuple[Floats, Floats]:
-        lower = np.concatenate([chain.lower for chain in self.chains])
-        return lower, np.concatenate([chain.upper for chain in self.chains])
+        lower = np.concatenate([chain.lower for chain in self.chains], axis=-1)
+        return lower, np.concatenate([chain.upper for chain in self.chains], axis=-1)

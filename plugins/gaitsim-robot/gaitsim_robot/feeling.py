@@ -268,8 +268,15 @@ def bounds(metadata: Sequence[Any]) -> tuple[float, float]:
     return max(limits["ge"], limits["gt"]), min(limits["le"], limits["lt"])
 
 
-def check_evolve(evolve: Sequence[str], reflexes: Mapping[str, Reflex]) -> None:
+def check_evolve(
+    evolve: Sequence[str], reflexes: Mapping[str, Reflex], dimensions: Sequence[str]
+) -> None:
     """Check that names such as 'heading.gain' are numbers with bounds among the options.
+
+    Args:
+        evolve: names that are not dimensions.
+        reflexes: reflexes by name.
+        dimensions: names of the dimensions, for messages.
 
     Raises:
         GaitsimError: a name is unknown, or given twice.
@@ -280,15 +287,17 @@ def check_evolve(evolve: Sequence[str], reflexes: Mapping[str, Reflex]) -> None:
         for option, field in type(reflex).model_fields.items()
         if field.annotation is float and np.isfinite(bounds(field.metadata)).all()
     ]
-    if evolve and not reflexes:
-        raise GaitsimError(
-            f"the robot has no reflexes, whose options {', '.join(evolve)} could evolve",
-            remedy="add reflexes to organism.reflexes, or remove organism.evolve",
-            key="evolve",
-        )
+    owners = {name.partition(".")[0] for name in dimensions}
     for name in evolve:
+        if "." in name and name.partition(".")[0] not in owners and not reflexes:
+            raise GaitsimError(
+                f"the robot has no reflexes, whose options {', '.join(evolve)} could evolve",
+                remedy="add reflexes to organism.reflexes, or remove organism.evolve",
+                key="evolve",
+            )
         if name not in known:
-            raise unknown("option of a reflex to evolve:", name, known, key="evolve")
+            what = "dimension or option of a reflex" if reflexes else "dimension"
+            raise unknown(what, name, [*known, *dimensions], key="evolve")
     if len({*evolve}) < len(evolve):
         raise GaitsimError(
             f"an option of a reflex is listed twice: {', '.join(evolve)}",

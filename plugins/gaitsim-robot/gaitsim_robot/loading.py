@@ -16,6 +16,7 @@ from gaitsim.plugin import BodyFile, Facts, nearest, unknown
 from gaitsim.plugin.toolkit import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
 from gaitsim_robot.conditions import apply_world
+from gaitsim_robot.designs import MASS_PER_TORQUE, DesignSpace
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.errors import RobotError, shorten
 from gaitsim_robot.finding import find_anatomy
@@ -148,7 +149,10 @@ def standing_angles(text: str, anatomy: Anatomy) -> Floats:
     return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
 
-CompilationInput = tuple[str, Anatomy, ServoOptions, float, float, float, tuple[Damage, ...]]
+Servos = tuple[tuple[str, Servo], ...]
+"""Servos by the names of their joints."""
+
+CompilationInput = tuple[str, Anatomy, Servos, float, float, float, tuple[Damage, ...]]
 """Input of the compilation: text, anatomy, servos, time step, friction, gravity and damage."""
 
 _compilation = RLock()  # keeps threads from compiling the same world at the same time
@@ -179,16 +183,16 @@ def load_simulation(
 def _nominal_simulation(
     text: str,
     anatomy: Anatomy,
-    servo: ServoOptions,
+    servos: Servos,
     dt: float,
     friction: float,
     gravity: float,
     damage: tuple[Damage, ...],
     lattice: Lattice | None = None,
 ) -> Simulation:
-    servos, world = load_servos(text, anatomy, servo), {"friction": friction, "gravity": gravity}
+    world = {"friction": friction, "gravity": gravity}
     spec = load_specification(text)
-    return build(spec, anatomy, servos, dt=dt, **world, damage=damage, lattice=lattice)
+    return build(spec, anatomy, dict(servos), dt=dt, **world, damage=damage, lattice=lattice)
 
 
 @lru_cache(maxsize=32)  # 0.3 MB for each bundled robot; a run uses fewer worlds
@@ -210,9 +214,22 @@ def servo_latency(servo: ServoOptions) -> float:
     return SERVOS[name].latency if name in SERVOS else 0.0
 
 
-def load_servos(text: str, anatomy: Anatomy, servo: ServoOptions) -> dict[str, Servo]:
-    """Return the servo of each driven joint by the joint's name."""
-    return joint_servos(compile_model(text), anatomy, *servo)
+@lru_cache(maxsize=16)
+def load_servos(
+    text: str, anatomy: Anatomy, servo: ServoOptions, factor: float = 1.0
+) -> dict[str, Servo]:
+    """Return the servo of each driven joint by the joint's name, with a factor of its torque."""
+    servos = joint_servos(compile_model(text), anatomy, *servo)
+    return {name: one.scaled(factor) for name, one in servos.items()}
+
+
+@lru_cache(maxsize=16)
+def load_designs(text: str, anatomy: Anatomy, servo: ServoOptions, growth: float) -> DesignSpace:
+    """Return the dimensions of a robot, and its designs."""
+    servos = load_servos(text, anatomy, servo)
+    torque = float(np.mean([one.stall_torque for one in servos.values()]))
+    mass = SERVOS[servo[0]].mass if servo[0] in SERVOS else MASS_PER_TORQUE * torque
+    return DesignSpace(text, anatomy, torque if servo[0] != "ideal" else 0.0, mass, growth)
 
 
 @lru_cache(maxsize=16)

@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from gaitsim.plugin import (
     COMMAND,
+    DIMENSIONS_HELP,
+    RANGES_HELP,
     WORLD_HELP,
     Array,
     BodyFile,
@@ -17,6 +20,7 @@ from gaitsim.plugin import (
     Command,
     Condition,
     Controller,
+    Dimension,
     Facts,
     FittedGait,
     GaitsimError,
@@ -31,7 +35,9 @@ from gaitsim.plugin import (
     Rig,
     Skeleton,
     Steered,
+    check_dimensions,
     check_world,
+    factor_bounds,
     folder_of,
     load_engine,
     load_reflexes,
@@ -44,6 +50,8 @@ from gaitsim.plugin.toolkit import (
     STRIDE_FREQUENCY,
     STRIDE_FREQUENCY_CHANNEL,
     Damage,
+    GeneGroup,
+    Servo,
     angles_frequency,
     check_joint_angles,
     check_sensors,
@@ -53,6 +61,7 @@ from gaitsim.plugin.toolkit import (
 )
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.conditions import robot_conditions
+from gaitsim_robot.designs import Design, DesignSpace, Factors
 from gaitsim_robot.drives import (
     CALIBRATION_TIME,
     Pushes,
@@ -81,6 +90,7 @@ from gaitsim_robot.loading import (
     imported_file,
     joint_ranges,
     load_anatomy,
+    load_designs,
     load_encoding,
     load_servos,
     load_simulation,
@@ -175,11 +185,19 @@ FELT: Mapping[str, Channel] = {
 """The channels of a robot that feels or is driven, besides `CHANNELS`."""
 
 
+EVOLVED: Mapping[str, Channel] = {
+    "dimensions": Channel(("dimensions",), "", "factors of the dimensions that evolve")
+}
+"""The channel of a robot whose dimensions evolve, besides the others."""
+
+
 class _Channels:
     """The channels of a robot; the class itself shows all that robots may have."""
 
     def __get__(self, robot: "Robot | None", owner: type) -> Mapping[str, Channel]:
-        return CHANNELS if robot is not None and not robot.feels else {**CHANNELS, **FELT}
+        found = CHANNELS if robot is not None and not robot.feels else {**CHANNELS, **FELT}
+        evolves = robot is None or robot._evolving[0]
+        return {**found, **EVOLVED} if evolves else found
 
 
 MUJOCO = "mujoco"
@@ -317,10 +335,19 @@ class Robot(Organism):
         allowed="by name, tables of options that differ from the reflex's defaults, such as "
         "{ heading = { gain = 2.0 } }",
     )
+    dimensions: dict[str, float] = option({}, DIMENSIONS_HELP)
     evolve: tuple[str, ...] = option(
         (),
-        "options of reflexes that are genes, within their bounds",
-        allowed="a list of names such as 'heading.gain'",
+        "dimensions that are genes, and options of reflexes that are genes within their bounds",
+        allowed="a list of names such as 'shank' or 'heading.gain'",
+    )
+    ranges: dict[str, tuple[float, float]] = option({}, RANGES_HELP)
+    growth: float = option(
+        0.5,
+        "share of a link's mass that grows with its length; the rest, such as servos and feet, "
+        "keeps its mass",
+        ge=0,
+        le=1,
     )
     sensors: tuple[str, ...] = option(
         ("mpu6050",),
@@ -345,6 +372,7 @@ class Robot(Organism):
 
     dynamic: ClassVar[bool] = True
     channels: ClassVar[Any] = _Channels()
+    _fleet: "tuple[Encoding, Simulation] | None" = PrivateAttr(None)
 
     @model_validator(mode="after")
     def _import_model(self, info: ValidationInfo) -> Self:
@@ -361,19 +389,37 @@ class Robot(Organism):
         except GaitsimError as error:
             error.key = error.key or "model"
             raise
+        self._check_dimensions()
         _ = self._damage
         reflexes = load_reflexes(self.reflexes)
         given = {name: reflex.model_dump(mode="json") for name, reflex in reflexes.items()}
         object.__setattr__(self, "reflexes", given)
         check_sensors(self.sensors)
         check_needs(reflexes, self.sensors)
-        check_evolve(self.evolve, reflexes)
+        check_evolve(self._evolving[1], reflexes, [*self.design_space()])
         check_drive(self.drive)
         check_world(self.world, self.conditions())
         for name in self.horns:
             if name not in self.anatomy.joints:
                 raise unknown("joint", name, self.anatomy.joints, key="horns")
         return self
+
+    def _check_dimensions(self) -> None:
+        """Check the options of dimensions, and that the design can stand."""
+        space = self._designs
+        if self.dimensions or self._evolving[0] or self.ranges:
+            for name in (*self.dimensions, *self.evolve):
+                if name not in space.dimensions and (reason := space.missing(name)):
+                    raise GaitsimError(
+                        reason, key="dimensions", allowed=", ".join(space.dimensions)
+                    )
+            check_dimensions(space.dimensions, self.dimensions, self._evolving[0], self.ranges)
+        if self.dimensions and (problem := self._design.problem):
+            raise GaitsimError(
+                f"the robot with these dimensions does not stand: {problem}",
+                key="dimensions",
+                allowed="factors closer to 1",
+            )
 
     @property
     def threads(self) -> bool:  # type: ignore[override]
@@ -382,7 +428,11 @@ class Robot(Organism):
 
     @property
     def text(self) -> str:
-        """Text of the robot, an MJCF document."""
+        """Text of the robot with its dimensions, an MJCF document."""
+        return self._design.text if self.dimensions else self._original_text
+
+    @property
+    def _original_text(self) -> str:
         text = bundled_text(self.model) if self.model in BUNDLED else self.model
         return with_motors(text, self.motors) if self.motors else text
 
@@ -394,14 +444,61 @@ class Robot(Organism):
     @property
     def anatomy(self) -> Anatomy:
         """Legs, feet and standing pose of the intact robot."""
+        return self._design.anatomy if self.dimensions else self._original
+
+    @property
+    def _original(self) -> Anatomy:
+        """The anatomy of the robot without changed dimensions."""
         stance = tuple(self.stance.items())
         rolls = self.wheels != "hold"
-        return load_anatomy(self.text, self.feet, stance, self.facing, self.swing, rolls)
+        text = self._original_text
+        return load_anatomy(text, self.feet, stance, self.facing, self.swing, rolls)
+
+    @property
+    def _designs(self) -> DesignSpace:
+        """The dimensions of the robot, and its designs."""
+        return load_designs(self._original_text, self._original, self._servo, self.growth)
+
+    @property
+    def _factors(self) -> Factors:
+        return tuple(sorted(self.dimensions.items()))
+
+    @property
+    def _design(self) -> Design:
+        return self._designs.designs([self._factors])[0]
+
+    @property
+    def _servos(self) -> dict[str, Servo]:
+        """The servo of each driven joint, by name, with the limits of the original."""
+        factor = self.dimensions.get("servos", 1.0)
+        return load_servos(self._original_text, self._original, self._servo, factor)
+
+    @property
+    def _evolving(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The dimensions that are genes, and the options of reflexes that are genes."""
+        space = self.design_space() if self.evolve else {}
+        dimensions = tuple(name for name in self.evolve if name in space)
+        return dimensions, tuple(name for name in self.evolve if name not in space)
+
+    def design_space(self) -> Mapping[str, Dimension]:
+        """Return the dimensions: lengths of segments, positions of hips, and servos."""
+        return self._designs.dimensions
 
     @property
     def simulation(self) -> Simulation:
         """The robot with its damage in its world; cached after the first compilation."""
+        if self._fleet:
+            return self._fleet[1]
         return self._simulation(self._damage, self.world, self.horns)
+
+    def _population(self, bodies: Sequence["Robot"]) -> "Robot":
+        """Return this robot with a body of its own for each individual of a population."""
+        encoding, simulation = self._encoding, self.simulation
+        pairs = [(body._encoding, body.simulation) for body in bodies]
+        encodings, simulations = zip(*pairs, strict=True)
+        found = self.model_copy()
+        found._fleet = replace(encoding, bodies=encodings), simulation.of_bodies(simulations)
+        return found
 
     def _simulation(
         self,
@@ -411,7 +508,15 @@ class Robot(Organism):
     ) -> Simulation:
         errors = [math.radians(horns.get(name, 0.0)) for name in self.anatomy.joints]
         return load_simulation(
-            (self.text, self.anatomy, self._servo, self.dt, self.friction, self.gravity, damage),
+            (
+                self.text,
+                self.anatomy,
+                tuple(self._servos.items()),
+                self.dt,
+                self.friction,
+                self.gravity,
+                damage,
+            ),
             tuple(sorted(world.items())),
             math.inf if self.drive else self.duration,  # the same ground for any length of a drive
             tuple(errors) if any(errors) else (),
@@ -430,7 +535,6 @@ class Robot(Organism):
 
     def describe(self) -> Facts:
         """Describe mass, legs, servos, standing pose, damage and world."""
-        servos = load_servos(self.text, self.anatomy, self._servo)
         units = {name: condition.unit for name, condition in self.conditions().items()}
         world = {
             name: f"{value:g} {units.get(name, '')}".rstrip() for name, value in self.world.items()
@@ -438,7 +542,7 @@ class Robot(Organism):
         simulation = self.simulation
         if push := self.world.get("push"):
             world["push"] += f" = {push * simulation.anatomy.mass:.3g} N s"
-        return describe_robot(simulation, servos, world)
+        return describe_robot(simulation, self._servos, world)
 
     def warnings(self) -> tuple[str, ...]:
         """Return likely mistakes in the robot's file."""
@@ -451,13 +555,15 @@ class Robot(Organism):
         """Return what was guessed about the robot's file; () for a bundled robot."""
         if self.model in BUNDLED:
             return ()
-        servos = load_servos(self.text, self.anatomy, self._servo)
-        return ask(compile_model(self.text), self.anatomy, servos)
+        return ask(compile_model(self.text), self.anatomy, self._servos)
 
     def gait_warnings(self, genome: Genomes) -> tuple[str, ...]:
         """Return a warning about commands of the drive beyond what a gait can do."""
         if not self.drive:
             return ()
+        if self._evolving[0]:
+            body, genes = self.embody(genome)
+            return body.gait_warnings(genes)
         found = clipped_commands(self.drive, self._gaits(genome[None])[0])
         return (found,) if found else ()
 
@@ -472,14 +578,36 @@ class Robot(Organism):
 
     def genome_space(self) -> RealSpace:
         """Return the genome space of the encoding, and of the reflexes."""
-        return genome_space((*self._encoding.groups, *self._reflex_genes.groups))
+        groups = (*self._encoding.groups, *self._reflex_genes.groups, *self._dimension_genes)
+        return genome_space(groups)
 
     def starts(self) -> Mapping[str, Array]:
         """Return gaits made by hand that suit the legs, such as a trot."""
-        own = self._reflex_genes.start
+        genes = self._dimension_genes
+        factors = [np.clip(1.0, group.lower, group.upper) for group in genes]
+        own = np.concatenate([self._reflex_genes.start, *factors])
         return {
             name: np.concatenate([start, own]) for name, start in self._encoding.starts().items()
         }
+
+    @property
+    def _dimension_genes(self) -> tuple[GeneGroup, ...]:
+        """The genes of the dimensions that evolve, factors, the last ones of a genome."""
+        names = self._evolving[0]
+        if not names:
+            return ()
+        lower, upper = factor_bounds(self.design_space(), names, self.ranges)
+        return (GeneGroup("dimension", names, lower, upper),)
+
+    def embody(self, genome: Genomes) -> "tuple[Robot, Genomes]":
+        """Return the robot with the dimensions of an individual, and the rest of its genes."""
+        names, options = self._evolving
+        if not names:
+            return self, genome
+        genes = len(genome) - len(names)
+        factors = dict(zip(names, genome[genes:].tolist(), strict=True))
+        own = {"dimensions": {**self.dimensions, **factors}, "evolve": options, "ranges": {}}
+        return self.model_copy(update=own), genome[:genes]
 
     @property
     def feels(self) -> bool:
@@ -491,12 +619,14 @@ class Robot(Organism):
         """The reflexes with the genes of their options and weights."""
         if not self.reflexes:
             return NO_REFLEXES
-        return ReflexGenes(load_reflexes(self.reflexes), self.evolve, self._encoding.legs)
+        return ReflexGenes(load_reflexes(self.reflexes), self._evolving[1], self._encoding.legs)
 
     @property
     def _encoding(self) -> Encoding:
         # The intact robot in its nominal world, as damage and worlds do not change the meaning of
         # a genome.
+        if self._fleet:
+            return self._fleet[0]
         heading = math.radians(self.heading)
         return load_encoding(
             self._simulation((), {}),
@@ -509,9 +639,37 @@ class Robot(Organism):
 
     def move(self, genomes: Genomes) -> Motion:
         """Simulate the walk of each individual separately."""
+        if self._evolving[0]:
+            return self._move_designs(genomes)
         if self.feels:
             return self._feel(genomes)
         return self._walk(*self._encoding.commands(genomes, self.frames))
+
+    def _move_designs(self, genomes: Genomes) -> Motion:
+        """Simulate individuals that have their own dimensions."""
+        names = self._evolving[0]
+        bodies = [self.embody(genome)[0] for genome in genomes]
+        self._designs.designs([body._factors for body in bodies])  # all at once
+        bare = self.model_copy(update={"evolve": self._evolving[1], "ranges": {}})
+        failures = {}
+        for index, body in enumerate(bodies):
+            problem = body._design.problem
+            if not problem and bare.simulation.stands and not body.simulation.stands:
+                problem = "it falls while it stands"
+            if problem:
+                failures[index] = f"the robot with these dimensions does not stand: {problem}"
+                bodies[index] = bare
+        genes = genomes[:, : -len(names)]
+        if self.engine == MUJOCO:
+            moved = bare._population(bodies).move(genes)
+        else:  # other engines simulate individuals one after another, in any case
+            single = [body.move(gene[None]) for body, gene in zip(bodies, genes, strict=True)]
+            joined = {name: np.concatenate([one[name] for one in single]) for name in single[0]}
+            reasons = {index: one.failures[0] for index, one in enumerate(single) if one.failures}
+            moved = Motion(FRAME_RATE, joined, failures=reasons)
+        moved.failures.update(failures)
+        moved.add("dimensions", genomes[:, -len(names) :].copy())
+        return moved
 
     def _feel(self, genomes: Genomes) -> Motion:
         """Simulate robots whose gaits follow reflexes and commands."""
@@ -550,6 +708,9 @@ class Robot(Organism):
 
     def controller(self, genome: Genomes) -> Controller:
         """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
+        if self._evolving[0]:
+            body, genes = self.embody(genome)
+            return body.controller(genes)
         rhythm, evolved, weights = self.calibrated(genome)._gaits(genome[None])
         reflexes = {name: select_options(reflex, 0) for name, reflex in evolved.items()}
         states = {
@@ -565,6 +726,8 @@ class Robot(Organism):
             "fastest_stride": min(max(self.fastest_stride, frequency), FASTEST),
             "reflexes": self.reflexes or {"heading": {}},
         }
+        if self._evolving[0]:
+            options |= {"evolve": self._evolving[1], "ranges": {}}
         robot = self.model_copy(update=options)
         genome, angles = robot._encoding.fit(joint_angles, frequency, frame_rate)
         genome = np.concatenate([genome, robot._reflex_genes.start])
@@ -574,11 +737,19 @@ class Robot(Organism):
         """Return the robot without reflexes; a drive still moves it."""
         if not self.reflexes:
             return None
-        plain = self.model_copy(update={"reflexes": {}, "evolve": ()})
-        return plain, genomes[:, : self._encoding.genes]
+        names = self._evolving[0]
+        plain = self.model_copy(update={"reflexes": {}, "evolve": names})
+        genes = np.split(genomes, [self._encoding.genes, genomes.shape[1] - len(names)], axis=1)
+        return plain, np.concatenate([genes[0], genes[2]], axis=1)
 
-    def calibrated(self, genome: Genomes) -> Self:
-        """Return the robot with the `command_gains` of a gait, measured in its nominal world."""
+    def calibrated(self, genome: Genomes) -> "Robot":
+        """Return the robot with the `command_gains` of a gait, measured in its nominal world.
+
+        It has the dimensions of the individual.
+        """
+        if self._evolving[0]:
+            body, genes = self.embody(genome)
+            return body.calibrated(genes)
         nominal: dict[str, Any] = {"drive": (), "reflexes": {}, "world": {}, "horns": {}}
         plain = self.model_copy(update={**nominal, "duration": CALIBRATION_TIME})
         genes = genome[: self._encoding.genes]
@@ -660,7 +831,7 @@ class Robot(Organism):
         genome, genes = controllers["gait"], self.genome_space().genes
         if np.shape(genome) != (genes,):
             raise GaitsimError(f"the gait has shape {np.shape(genome)}, expected ({genes},)")
-        own = self.calibrated(genome)
+        own, (_, genome) = self.calibrated(genome), self.embody(genome)
         # The moment of the world's own push would depend on the length of the drive.
         world = {name: value for name, value in self.world.items() if name != "push"}
         changes = {"drive": (STANDING,), "duration": LONGEST, "world": world}
@@ -712,11 +883,12 @@ class Robot(Organism):
         from gaitsim_robot.text import compile_model
         from gaitsim_robot.urdf import urdf
 
-        servos = load_servos(self.text, self.anatomy, self._servo)
-        return urdf(compile_model(self.text), self.anatomy, servos)
+        return urdf(compile_model(self.text), self.anatomy, self._servos)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Return the solids of the body, and the segments from joint to joint."""
         from gaitsim_robot.skeleton import skeleton
 
+        if self._evolving[0] and "dimensions" in motion:
+            return self.embody(motion["dimensions"][individual])[0].skeleton(motion, individual)
         return skeleton(self.simulation, motion, individual)

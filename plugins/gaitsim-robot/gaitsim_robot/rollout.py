@@ -28,7 +28,7 @@ def delayed_commands(
     Servos hold the standing pose until the first command arrives.
 
     Args:
-        simulation: simulation of one robot.
+        simulation: simulation of the robots.
         commands: commands to the servos of the legs, (population, frames, joints) rad, each held
             for one frame.
         first: frame at the start of the steps.
@@ -40,7 +40,9 @@ def delayed_commands(
     """
     late = math.ceil(simulation.latency / simulation.model.opt.timestep - ROUNDING)
     steps = np.arange(first * simulation.steps, last * simulation.steps + 1) - late
-    commanded = np.tile(simulation.rest, (len(commands), len(steps), 1))
+    rest = np.array([body.rest for body in simulation.each])
+    shape = len(commands), len(steps), rest.shape[-1]
+    commanded = np.broadcast_to(rest[:, None], shape).copy()
     arrived = commanded[:, np.count_nonzero(steps < 0) :]
     moments = steps[steps >= 0] / simulation.steps
     angles = commands_at(commands, moments, FRAME_RATE / simulation.command_rate, origin)
@@ -102,7 +104,7 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     """Simulate robots independently, starting from standing.
 
     Args:
-        simulation: simulation of one robot.
+        simulation: simulation of the robots.
         commands: commands to the servos of the legs, (population, frames, joints) rad, each held
             for one frame.
     """
@@ -113,18 +115,18 @@ def roll_out(simulation: Simulation, commands: Floats) -> Record:
     population, frames = commands.shape[:2]
     record = empty_record(simulation, population, frames)
     data = mujoco.MjData(model)
-    state = np.tile(simulation.start, (population, 1))
+    state = np.broadcast_to(simulation.starts, (population, len(simulation.start))).copy()
     active = np.arange(population)
     for first, last, push in segments(simulation, frames):
         state[:, 1 + model.nq : 4 + model.nq] += push
         control = delayed_commands(simulation, commands, first, last)
-        states, sensors = rollout.rollout(model, data, state, control)
+        states, sensors = rollout.rollout(simulation.models, data, state, control)
         upright = record_segment(simulation, record, active, first, last, state, states, sensors)
         active, state = active[upright], np.ascontiguousarray(states[upright, -2])
         if not len(active):
             break
         if not upright.all():
-            commands = commands[upright]
+            commands, simulation = commands[upright], simulation.select(upright)
     return record
 
 
@@ -185,10 +187,11 @@ class Mover:
     def __init__(self, simulation: Simulation, population: int) -> None:
         import mujoco
 
-        self._model = simulation.model
+        self._simulation, self._model = simulation, simulation.model
         self._data = mujoco.MjData(self._model)
         self._warm = np.zeros((population, self._model.nv))
-        self.state = np.tile(simulation.start, (population, 1))
+        shape = population, len(simulation.start)
+        self.state = np.broadcast_to(simulation.starts, shape).copy()
 
     def push(self, change: Floats) -> None:
         """Change the velocity of the trunks, (3,) m/s."""
@@ -207,7 +210,11 @@ class Mover:
         from mujoco import rollout
 
         states, sensors = rollout.rollout(
-            self._model, self._data, self.state, control, initial_warmstart=self._warm
+            self._simulation.models,
+            self._data,
+            self.state,
+            control,
+            initial_warmstart=self._warm,
         )
         first = 1 + self._model.nq
         speeds = states[:, -2:, first : first + self._model.nv]
@@ -220,11 +227,12 @@ class Mover:
         """Return the sensor values in the present state, (active, 1, sensors)."""
         from mujoco import rollout
 
-        found: Floats = rollout.rollout(self._model, self._data, self.state, control)[1]
+        found: Floats = rollout.rollout(self._simulation.models, self._data, self.state, control)[1]
         return found
 
     def select(self, individuals: NDArray[np.bool_]) -> None:
         """Keep some robots."""
+        self._simulation = self._simulation.select(individuals)
         self.state = np.ascontiguousarray(self.state[individuals])
         self._warm = np.ascontiguousarray(self._warm[individuals])
 
@@ -235,7 +243,7 @@ def feel_out(
     """Simulate robots that feel, in lock step, starting from standing.
 
     Args:
-        simulation: simulation of one robot.
+        simulation: simulation of the robots.
         pilot: controllers of the population.
         target: commands of the driver in each frame, (population, frames, 4), as `COMMAND`.
         pushes: changes of velocity by frame, besides that of the world, (3,) m/s.
@@ -258,6 +266,7 @@ def feel_out(
             break
         if not upright.all():
             walk.select(upright)
+            simulation = simulation.select(upright)
     walk.feelings.hold_last()
     return record, walk.feelings
 
@@ -290,10 +299,14 @@ class LockStep:
         # Number of frames from which a delayed command may come.
         self._memory = math.ceil(simulation.latency * FRAME_RATE)
         self._memory += math.ceil(FRAME_RATE / simulation.command_rate) + 1
-        self._weight = simulation.anatomy.mass * float(norm(simulation.model.opt.gravity)) or 1.0
+        weight = simulation.mass * float(norm(simulation.model.opt.gravity))
+        self._weight = np.where(weight > 0, weight, 1.0)[:, None]
         self.failures: dict[int, str] = {}
         self.feelings = Feelings(
-            np.tile(pilot.rhythm.standing, (population, frames, 1)),
+            np.broadcast_to(
+                pilot.rhythm.standing.reshape(-1, 1, len(simulation.qpos)),
+                (population, frames, len(simulation.qpos)),
+            ).copy(),
             np.zeros((population, frames, len(COMMAND))),
             np.zeros((population, frames, len(COMMAND))),
             np.zeros((population, frames, 3)),
@@ -346,6 +359,9 @@ class LockStep:
         """Keep some of the active robots."""
         self._pilot.select(np.flatnonzero(upright))
         self.mover.select(upright)
+        self._simulation = self._simulation.select(upright)
+        if len(self._weight) > 1:
+            self._weight = self._weight[upright]
         self._target, self._load = self._target[upright], self._load[upright]
         self._yaw = self._yaw[upright]
 
@@ -381,7 +397,7 @@ def record_segment(
     """Record the frames `first` to `last` of robots.
 
     Args:
-        simulation: simulation of one robot.
+        simulation: simulation of the robots.
         record: record to update.
         active: indices of the robots.
         first: frame at the start of the segment.
@@ -422,7 +438,7 @@ def record_segment(
 
     turn = simulation.turn(at_frames[..., 4:8])
     upward = 1 - 2 * (np.square(turn[..., 1]) + np.square(turn[..., 2]))
-    low = simulation.above(at_frames[..., 1:4]) < LOW * simulation.start[3]
+    low = simulation.above(at_frames[..., 1:4]) < LOW * simulation.starts[:, 3:4]
     belly = sensors[:, ::steps, simulation.belly] > 0
     expected = before[:, :1] + np.arange(count + 1) * steps * step
     speed = norm(at_frames[..., 1 + nq : 4 + nq])
@@ -463,7 +479,7 @@ def walk(
     """Return the motion of robots whose servos follow commands.
 
     Args:
-        simulation: simulation of one robot.
+        simulation: simulation of the robots.
         commands: commands to the servos of the legs, (population, frames, joints) rad.
         engine: function that simulates the robots.
         frequency: stride frequency of the commands, (population,) Hz; None if unknown.
@@ -481,7 +497,7 @@ def motion_of(
     """Return the motion of robots from their record; arguments as in `walk`.
 
     Args:
-        simulation: simulation of one robot.
+        simulation: simulation of the robots.
         record: record of the robots.
         commands: commands to the servos of the legs, (population, frames, joints) rad.
         frequency: stride frequency of the commands, (population,) Hz; None if unknown.
@@ -493,10 +509,16 @@ def motion_of(
         lasted = record.lasted[individual]
         held[individual, lasted:] = held[individual, max(lasted - 1, 0)]
     qpos, qvel = record.qpos, record.qvel
-    torso = qpos[..., :3] - np.array([*simulation.start[1:3], 0.0])
+    starts = simulation.starts[:, None, 1:4] * [1.0, 1.0, 0.0]
+    torso = qpos[..., :3] - starts
     record.load[:, 0] = record.load[:, 1]  # the robot is standing before the start
     stance = record.load[..., 2] > 0
-    weight = simulation.anatomy.mass * float(norm(simulation.model.opt.gravity))
+    weight = simulation.mass * float(norm(simulation.model.opt.gravity))
+    length = np.array([body.anatomy.length for body in simulation.each])
+
+    def spread(values: Floats) -> Floats:
+        return np.broadcast_to(values, (len(commands), *values.shape[1:])).copy()
+
     return Motion(
         FRAME_RATE,
         {
@@ -504,22 +526,22 @@ def motion_of(
             "joint_positions": qpos[..., simulation.qpos],
             "joint_velocities": qvel[..., simulation.dof],
             "torque": record.torque,
-            "stall_torque": np.tile(simulation.stall_torque, (len(commands), 1)),
+            "stall_torque": spread(simulation.stall_torque),
             "rms_torque": _rms_torque(record),
-            "continuous_torque": np.tile(_continuous_torque(simulation), (len(commands), 1)),
+            "continuous_torque": spread(simulation.continuous_torque),
             "torso": torso,
             "torso_velocity": qvel[..., :3],
             "orientation": orientation(simulation.turn(qpos[..., 3:7])),
             "height": simulation.above(qpos),
-            "foot_positions": record.feet - np.array([*simulation.start[1:3], 0.0]),
+            "foot_positions": record.feet - starts[:, None],
             "stance": stance,
             "load": record.load,
             "slip": _slip(record, stance),
             "energy": record.work,
             STRIDE_FREQUENCY: np.zeros(len(commands)) if frequency is None else frequency,
             "lasted": np.maximum(record.lasted - 1, 0) / FRAME_RATE,
-            "weight": np.full(len(commands), weight),
-            "length": np.full(len(commands), simulation.anatomy.length),
+            "weight": spread(weight),
+            "length": spread(length),
             "configuration": qpos,
             **felt,
         },
@@ -532,12 +554,6 @@ def _rms_torque(record: Record) -> Floats:
     intervals = np.maximum(record.lasted - 1, 1)
     found: Floats = np.sqrt(record.square.sum(axis=1) / intervals[:, None])
     return found
-
-
-def _continuous_torque(simulation: Simulation) -> Floats:
-    """Return the torque that servos can deliver continuously, (joints,) N m; 0 if unknown."""
-    servos = [simulation.servos[name] for name in simulation.anatomy.joints]
-    return np.array([servo.continuous * servo.stall_torque for servo in servos])
 
 
 def _slip(record: Record, stance: NDArray[np.bool_]) -> Floats:

@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -125,6 +125,8 @@ class Simulation:
             from an inexactly mounted servo horn.
         ground: uneven ground; None for level ground at z = 0.
         world: values of conditions by name.
+        bodies: robots of the individuals of a population with their own dimensions, which share
+            all indices, servos' latency and world; () if all have the dimensions of this robot.
     """
 
     model: Any
@@ -148,11 +150,57 @@ class Simulation:
     offset: Floats
     ground: Terrain | None = None
     world: Mapping[str, float] = field(default_factory=dict)
+    bodies: tuple["Simulation", ...] = ()
+
+    def of_bodies(self, bodies: Sequence["Simulation"]) -> "Simulation":
+        """Return the simulation of a population of robots with other dimensions than this one.
+
+        Raises:
+            RuntimeError: a model has other sizes, which MuJoCo's rollout would read wrongly.
+        """
+        sizes = ("nq", "nv", "na", "nu", "nbody", "njnt", "nsensordata")
+        own = [getattr(self.model, name) for name in sizes]
+        for body in bodies:
+            if [getattr(body.model, name) for name in sizes] != own:
+                raise RuntimeError("a robot with other dimensions has other joints or sensors")
+        return replace(self, bodies=tuple(bodies))
+
+    def select(self, individuals: Any) -> "Simulation":
+        """Return the simulation of some individuals of a population, (individuals,)."""
+        if not self.bodies:
+            return self
+        chosen = np.arange(len(self.bodies))[individuals]
+        return replace(self, bodies=tuple(self.bodies[index] for index in chosen))
+
+    @property
+    def each(self) -> tuple["Simulation", ...]:
+        """The robots of the individuals, or this one for all."""
+        return self.bodies or (self,)
+
+    @property
+    def models(self) -> Any:
+        """The model of all individuals, or a list of theirs, as MuJoCo's rollout takes it."""
+        return [body.model for body in self.bodies] if self.bodies else self.model
+
+    @property
+    def starts(self) -> Floats:
+        """The states at the start, (individuals or 1, states)."""
+        return np.array([body.start for body in self.each])
+
+    @property
+    def mass(self) -> Floats:
+        """The masses, (individuals or 1,) kg."""
+        return np.array([body.anatomy.mass for body in self.each])
 
     def above(self, points: Floats) -> Floats:
-        """Return the height above the ground, (…) m, of points, (…, 3) m."""
+        """Return the height above the ground, (individuals, …) m, of points, (…, 3) m."""
         height: Floats = points[..., 2]
-        return height if self.ground is None else height - self.ground.height(points)
+        if self.ground is None:
+            return height
+        if not self.bodies:
+            return height - self.ground.height(points)
+        pairs = zip(self.bodies, points, strict=True)
+        return np.stack([body.above(places) for body, places in pairs])
 
     def push(self, frames: int) -> tuple[int, Floats]:
         """Return the frame of the push in a rollout, and the change of velocity, (3,) m/s."""
@@ -172,8 +220,16 @@ class Simulation:
 
     @property
     def stall_torque(self) -> Floats:
-        """Stall torque of each leg joint's servo, (joints,) N m."""
-        return np.array([self.servos[name].stall_torque for name in self.anatomy.joints])
+        """Stall torque of each leg joint's servo, (individuals or 1, joints) N m."""
+        names = self.anatomy.joints
+        return np.array([[one.servos[name].stall_torque for name in names] for one in self.each])
+
+    @property
+    def continuous_torque(self) -> Floats:
+        """Torque that servos can deliver for long, (individuals or 1, joints) N m; 0 if unknown."""
+        names = self.anatomy.joints
+        shares = [[one.servos[name].continuous for name in names] for one in self.each]
+        return np.array(shares) * self.stall_torque
 
     @property
     def top_speed(self) -> Floats:

@@ -197,7 +197,9 @@ def test_mirrored_legs_make_the_same_steps_with_the_lags_of_the_symmetry(kind, s
 
 def test_a_step_has_its_length_height_and_stance():
     coder = encoding("quadruped", symmetry="trot")
-    step = {"stride": 0.1, "lift": 0.05, "duty": 0.6, "frequency": 0.5, "height": -0.02}
+    size = np.mean([leg.length for leg in coder.anatomy.legs])
+    lengths = {"stride": 0.1 / size, "lift": 0.05 / size, "height": -0.02 / size}
+    step = {**lengths, "duty": 0.6, "frequency": 0.5}
     path = feet(coder, coder.commands(genome(coder, **step), 301)[0][0])[100:200]
     standing = feet(coder, coder.commands(genome(coder), 1)[0][0])[0]
     left = path[:, 0] - standing[0]
