@@ -9,6 +9,7 @@ median of the original.
 
 import argparse
 from collections import defaultdict
+from collections.abc import Mapping
 from functools import partial
 from typing import Any
 
@@ -31,6 +32,12 @@ def best(experiment: Experiment, start: Any = None) -> tuple[float, Any]:
         if last.scores.max() > score:
             score, genome = float(last.scores.max()), last.genomes[last.best]
     return score, genome
+
+
+def load(body: str, seed: int, overrides: Mapping[str, Any], share: int = 1) -> Experiment:
+    """Return the preset of a body, with a share of its generations."""
+    generations = load_experiment(body).evolution.generations // share
+    return load_experiment(body, {"seed": seed, "evolution.generations": generations, **overrides})
 
 
 def nested(load: Any, spoilt: str, names: tuple[str, ...], seed: int) -> tuple[float, list[float]]:
@@ -66,20 +73,14 @@ def main() -> None:
             "organism.ranges": dict(zip(names, RANGES, strict=True)),
         }
         for seed in range(given.first, given.first + given.seeds):
-
-            def load(overrides: dict[str, Any], share: int = 1, seed: int = seed) -> Experiment:
-                whole = load_experiment(body).evolution.generations
-                return load_experiment(
-                    body, {"seed": seed, "evolution.generations": whole // share, **overrides}
-                )
-
+            loaded = partial(load, body, seed)
             found: dict[str, tuple[float, list[float]]] = {
-                "original": (best(load({}))[0], []),
-                "spoilt": (best(load({"organism.model": spoilt}))[0], []),
+                "original": (best(loaded({}))[0], []),
+                "spoilt": (best(loaded({"organism.model": spoilt}))[0], []),
             }
-            score, genome = best(load(joint))
+            score, genome = best(loaded(joint))
             found["joint"] = score, genome[-len(names) :].tolist()
-            found["nested"] = nested(load, spoilt, names, seed)
+            found["nested"] = nested(loaded, spoilt, names, seed)
             for kind, (score, own) in found.items():
                 scores[kind].append(score)
                 lengths = " ".join(

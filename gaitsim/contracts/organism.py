@@ -176,6 +176,10 @@ class Organism(Plugin):
         """
         return ""
 
+    def mjcf(self) -> str:
+        """Return the undamaged body as MJCF, for MuJoCo; '' by default."""
+        return ""
+
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return quantities that describe each motion, by name; {} by default.
 

@@ -28,22 +28,27 @@ OBSERVATIONS = ("orientation", "rates", "contacts", "load", "joints")
 class Legs:
     """The legs of a body, for reflexes.
 
+    In a population whose individuals have their own dimensions, feet and length have a leading
+    axis, (population, …).
+
     Attributes:
         names: names of the legs, such as L1.
-        feet: standing feet relative to their mean, (legs, 2) m: x forward, y to the left.
-        length: mean length of the legs, m.
+        feet: standing feet relative to their mean, (…, legs, 2) m: x forward, y to the left.
+        length: mean length of the legs, (…) m.
         joints: number of joints of all legs.
     """
 
     names: tuple[str, ...]
     feet: Floats
-    length: float
+    length: float | Floats
     joints: int
 
     @classmethod
-    def of(cls, names: tuple[str, ...], tips: Floats, length: float, joints: int) -> "Legs":
-        """Return legs with their feet at `tips` in the standing pose, (legs, 3) m."""
-        feet = tips[:, :2] - tips[:, :2].mean(axis=0)
+    def of(
+        cls, names: tuple[str, ...], tips: Floats, length: float | Floats, joints: int
+    ) -> "Legs":
+        """Return legs with their feet at `tips` in the standing pose, (…, legs, 3) m."""
+        feet = tips[..., :2] - tips[..., :2].mean(axis=-2, keepdims=True)
         return cls(names, feet, length, joints)
 
 
@@ -166,6 +171,8 @@ class Rhythm:
     kinematics turns it into joint angles.
 
     Joints are numbered leg by leg, from the hip to the foot; the legs' joints are hinges in series.
+    If the individuals have their own dimensions, the geometry, from `anchors` to `length`, has a
+    leading axis, (population, …), except for `speed_limit`.
 
     Attributes:
         names: names of the legs.
@@ -203,7 +210,7 @@ class Rhythm:
     upper: Floats
     speed_limit: Floats
     weights: Floats
-    length: float
+    length: float | Floats
     frequency: Floats
     duty: Floats
     offset: Floats
@@ -219,7 +226,7 @@ class Rhythm:
     @property
     def legs(self) -> Legs:
         """The legs, for reflexes."""
-        return Legs.of(self.names, self.tips, self.length, len(self.standing))
+        return Legs.of(self.names, self.tips, self.length, self.standing.shape[-1])
 
     @property
     def own_speed(self) -> Floats:
@@ -231,8 +238,8 @@ class Rhythm:
     def limits(self) -> Floats:
         """Largest commands without shortened strokes, one at a time, (population, 4)."""
         feet = self.legs.feet
-        radius = max(float(norm(feet).max()), 1e-9)
-        fastest = FASTEST_TURN if len(feet) >= 6 else TROT_TURN
+        radius = np.maximum(norm(feet).max(axis=-1), 1e-9)
+        fastest = FASTEST_TURN if feet.shape[-2] >= 6 else TROT_TURN
         straight = self.longest * self.frequency / self.duty  # m/s, of the foot that moves most
         share = self.longest / np.maximum(norm(self.stroke).max(axis=1), 1e-9)
         return np.stack(
@@ -240,7 +247,7 @@ class Rhythm:
                 self.own_speed * share,
                 np.minimum(self.gains[:, 1] * straight / radius, fastest),
                 self.gains[:, 2] * straight,
-                np.full(len(self), HEIGHT * self.length),
+                np.broadcast_to(HEIGHT * self.length, len(self)),
             ],
             axis=-1,
         )
@@ -248,6 +255,8 @@ class Rhythm:
     def select(self, individuals: NDArray[np.intp]) -> "Rhythm":
         """Return the rhythms of some individuals."""
         names = "frequency duty offset centre stroke path longest gains"
+        if self.standing.ndim > 1:
+            names += " anchors axes tips standing lower upper weights length"
         return replace(self, **{name: getattr(self, name)[individuals] for name in names.split()})
 
 

@@ -183,6 +183,44 @@ class Ros2Package(ControllerExporter):
         return export_package(subject.individual, path)
 
 
+class RobotFile(Exporter):
+    """The robot itself, with the dimensions of the individual."""
+
+    group: ClassVar[str] = "Robots"
+    stem: ClassVar[str] = "robot"
+    format: ClassVar[str]
+
+    def check(self, individual: "Individual") -> None:
+        """Check that the body has a description."""
+        from gaitsim_hardware.robot_files import check_robot
+
+        check_robot(individual, self.format)
+
+    def write(self, subject: Subject, path: Path) -> Exported:
+        """Write the file."""
+        from gaitsim_hardware.robot_files import export_robot
+
+        return export_robot(subject.individual, self.format, path)
+
+
+class Mjcf(RobotFile):
+    """The robot as MJCF, for MuJoCo and for `gaitsim run`, which plays the same motion."""
+
+    title: ClassVar[str] = "Robot as MJCF"
+    note: ClassVar[str] = "for MuJoCo and gaitsim run"
+    suffix: ClassVar[str] = ".xml"
+    format: ClassVar[str] = "mjcf"
+
+
+class Urdf(RobotFile):
+    """The robot as URDF, with its meshes in metres, for CAD, ROS and simulators."""
+
+    title: ClassVar[str] = "Robot as URDF"
+    note: ClassVar[str] = "for ROS and simulators"
+    suffix: ClassVar[str] = ".urdf"
+    format: ClassVar[str] = "urdf"
+
+
 class Dynamixel(BusExporter):
     """Goal positions of Dynamixel servos, as CSV."""
 

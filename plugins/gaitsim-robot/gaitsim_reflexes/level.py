@@ -36,8 +36,8 @@ class Level(Reflex):
         shape = len(weights), len(legs.names)
         return {
             "integral": np.zeros(shape),
-            "ahead": np.broadcast_to(legs.feet[:, 0], shape).copy(),
-            "left": np.broadcast_to(legs.feet[:, 1], shape).copy(),
+            "ahead": np.broadcast_to(legs.feet[..., 0], shape).copy(),
+            "left": np.broadcast_to(legs.feet[..., 1], shape).copy(),
             "length": np.full(len(weights), legs.length),
         }
 

@@ -209,11 +209,11 @@ class DesignSpace:
         for keyframe in root.findall("keyframe"):
             root.remove(keyframe)
         asset = root.find("asset")
-        meshes = {mesh.get("name"): mesh for mesh in root.iter("mesh")}
+        meshes = {mesh.get("name", ""): mesh for mesh in root.iter("mesh")}
         used = set()
         for number, geom in enumerate(root.iter("geom")):
-            mesh = geom.get("mesh")
-            if mesh in used and asset is not None:
+            mesh = geom.get("mesh", "")
+            if mesh and mesh in used and asset is not None:
                 name = f"{mesh} of geom {number}"
                 own = SubElement(asset, "mesh", meshes[mesh].attrib | {"name": name})
                 meshes[name] = own
@@ -244,7 +244,8 @@ class DesignSpace:
 
     def _anchor(self, body: int) -> Floats:
         """Return the place of a link's first joint in the frame of its parent, (3,) m."""
-        return self._anchors[body]
+        place: Floats = self._anchors[body]
+        return place
 
     @cached_property
     def _anchors(self) -> Floats:
@@ -261,7 +262,10 @@ class DesignSpace:
                 start, axis = model.jnt_pos[last].copy(), model.jnt_axis[last]
                 end = self._anchor(child) if child else self._ball(body, np.array(leg.point))
                 span = end - start
-                if not child or self._parallel(last, int(model.body_jntadr[child])):
+                if not child and any(leg.sole):
+                    upward = self._data.xmat[body].reshape(3, 3)[2]
+                    span = (span @ upward) * upward
+                elif not child or self._parallel(last, int(model.body_jntadr[child])):
                     span = span - (span @ axis) * axis
                 length = float(norm(span))
                 if length > SHORTEST * leg.length:
@@ -431,9 +435,10 @@ class DesignSpace:
         found = []
         for number, (text, model, data) in enumerate(zip(texts, models, datas, strict=True)):
             pose, lost = poses[number], int(np.argmax(away[number]))
+            pose[:3] = 0.0  # as `finding` computes the height, to the same bits
             data.qpos[:] = pose
             mujoco.mj_kinematics(model, data)
-            pose[2] -= _lowest(model, data) - self._lowest
+            pose[2] -= _lowest(model, data)
             problem = self._collision(model, data)
             if away[number, lost] > UNEVEN:
                 leg = self.anatomy.legs[lost].name
@@ -503,11 +508,6 @@ class DesignSpace:
                 away[:, index] = norm(chain.place(angles) - targets[:, index]) / chain.length
                 poses[:, address] = angles
         return poses, away
-
-    @cached_property
-    def _lowest(self) -> float:
-        """Height of the lowest point of the original in its standing pose, m."""
-        return _lowest(self._model, self._data)
 
     @cached_property
     def _meeting(self) -> set[tuple[int, int]]:

@@ -250,7 +250,8 @@ class Encoding:
     def legs(self) -> Legs:
         """The legs, for reflexes."""
         names = tuple(leg.name for leg in self.anatomy.legs)
-        return Legs.of(names, self._tips, self._size, self._joints)
+        size = self._size[:, 0] if self.bodies else self._size
+        return Legs.of(names, self._tips, size, self._joints)
 
     def commands(self, genomes: Genomes, frames: int) -> tuple[Floats, Floats]:
         """Return the commands to the servos, and the stride frequency.
@@ -326,28 +327,35 @@ class Encoding:
         duty, frequency, stroke, centre, path, offset = walk(values, phase)
         chains, legs = self.chains, self.anatomy.legs
         longest = norm(stroke).max(axis=1)
+
+        def flat(values: Floats) -> Floats:
+            return values[:, 0] if self.bodies else values  # without the axis of samples
+
         return Rhythm(
             names=self.legs.names,
             joint_names=self.anatomy.joints,
             first=np.cumsum([0, *(chain.zero.shape[-1] for chain in chains)]),
-            anchors=np.concatenate([chain.anchors for chain in chains]),
-            axes=np.concatenate([chain.axes for chain in chains]),
+            anchors=flat(np.concatenate([chain.anchors for chain in chains], axis=-2)),
+            axes=flat(np.concatenate([chain.axes for chain in chains], axis=-2)),
             tips=self._tips,
-            standing=self._standing,
-            lower=self._limits[0],
-            upper=self._limits[1],
+            standing=flat(self._standing),
+            lower=flat(self._limits[0]),
+            upper=flat(self._limits[1]),
             speed_limit=self.top_speed,
-            weights=np.array(
-                [chain.weights(any(leg.sole)) for chain, leg in zip(chains, legs, strict=True)]
+            weights=flat(
+                np.stack(
+                    [chain.weights(any(leg.sole)) for chain, leg in zip(chains, legs, strict=True)],
+                    axis=-2,
+                )
             ),
-            length=self._size,
+            length=self._size[:, 0] if self.bodies else self._size,
             frequency=frequency,
             duty=duty,
             offset=offset,
             centre=centre,
             stroke=stroke,
             path=path,
-            longest=np.maximum(LONGER * longest, SHORTEST * self._size),
+            longest=np.maximum(LONGER * longest, SHORTEST * np.ravel(self._size)),
             gains=np.ones((len(genomes), 3)),
         )
 

@@ -90,6 +90,12 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
             "root mean square torque of the most loaded joint as a share of its stall torque; 0 if "
             "unknown",
         ),
+        "heat": Measure(
+            ratio(motion["rms_torque"], motion["continuous_torque"]).max(axis=1),
+            "",
+            "root mean square torque of the hottest servo as a share of its continuous torque: "
+            "above 1, it overheats; 0 if unknown",
+        ),
         "slip ratio": Measure(
             ratio(total(motion["slip"]), path, math.inf),
             "",

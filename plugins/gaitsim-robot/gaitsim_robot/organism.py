@@ -102,7 +102,7 @@ from gaitsim_robot.measures import measures
 from gaitsim_robot.questions import ask
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
-from gaitsim_robot.text import compile_model, with_motors
+from gaitsim_robot.text import compile_model, with_motors, with_servos
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
@@ -385,7 +385,7 @@ class Robot(Organism):
             text = robot_text(self.model, folder, roots, **scales)
             for name, value in (("model", text), ("scale", 1.0), ("mass_scale", 1.0)):
                 object.__setattr__(self, name, value)  # the model is frozen
-            _ = self.anatomy
+            _ = self._original
         except GaitsimError as error:
             error.key = error.key or "model"
             raise
@@ -884,6 +884,13 @@ class Robot(Organism):
         from gaitsim_robot.urdf import urdf
 
         return urdf(compile_model(self.text), self.anatomy, self._servos)
+
+    def mjcf(self) -> str:
+        """Return the robot as MJCF, with the limits and gains of its servos.
+
+        The option `model` reads it as it is. A latency of the servos is not part of it.
+        """
+        return with_servos(self.text, self._servos)
 
     def skeleton(self, motion: Motion, individual: int) -> Skeleton:
         """Return the solids of the body, and the segments from joint to joint."""

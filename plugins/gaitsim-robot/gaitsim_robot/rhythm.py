@@ -38,7 +38,8 @@ class RhythmState:
         self.clock = np.zeros(population)
         self.lead = np.zeros((population, len(rhythm.names)))
         self.activity = np.zeros(population)
-        self.angles = np.tile(rhythm.standing, (population, 1))
+        joints = rhythm.standing.shape[-1]
+        self.angles = np.broadcast_to(rhythm.standing, (population, joints)).copy()
         self.scale = np.ones(population)
 
     def select(self, individuals: NDArray[Any]) -> "RhythmState":
@@ -74,10 +75,15 @@ def advance(
         The joint angles, (population, joints) rad; a view of the state.
     """
     r, i = rhythm, inputs
+    joints, legs = r.standing.shape[-1], len(r.names)
+    # One body for all, or one for each individual.
+    anchors, axes = r.anchors.reshape(-1, joints, 3), r.axes.reshape(-1, joints, 3)
+    tips, weights = r.tips.reshape(-1, legs, 3), r.weights.reshape(-1, legs, 6)
+    standing, lower, upper = (one.reshape(-1, joints) for one in (r.standing, r.lower, r.upper))
     _advance(
-        r.first, r.anchors, r.axes, r.tips, r.standing, r.lower, r.upper, r.speed_limit, r.weights,
-        r.length, r.frequency, r.duty, r.offset, r.centre, r.stroke, r.path, r.longest, r.gains,
-        r.own_speed, walking, i.command, i.stride, i.reach, i.rate, interval,
+        r.first, anchors, axes, tips, standing, lower, upper, r.speed_limit, weights,
+        np.reshape(r.length, -1), r.frequency, r.duty, r.offset, r.centre, r.stroke, r.path,
+        r.longest, r.gains, r.own_speed, walking, i.command, i.stride, i.reach, i.rate, interval,
         state.clock, state.lead, state.activity, state.angles, state.scale,
     )  # fmt: skip
     return state.angles
@@ -93,7 +99,6 @@ def _advance(
 ) -> None:  # fmt: skip
     """Advance the rhythms; for the arguments, see `advance`, `Rhythm`, `Inputs`, `RhythmState`."""
     legs = len(first) - 1
-    middle_x, middle_y = tips[:, 0].mean(), tips[:, 1].mean()
     strokes = np.empty((legs, 2))
     target = np.empty(3)
     most = 0
@@ -105,6 +110,8 @@ def _advance(
     )  # fmt: skip
     small = interval / RAMP_TIME
     for n in range(len(frequency)):
+        own = n if len(tips) > 1 else 0
+        middle_x, middle_y = tips[own, :, 0].mean(), tips[own, :, 1].mean()
         change = (1.0 if walking[n] else 0.0) - activity[n]
         active = activity[n] + min(max(change, -small), small)
         activity[n] = active
@@ -124,9 +131,11 @@ def _advance(
         aside = command[n, 2] / gains[n, 2] * duration
         farthest = 0.0
         for leg in range(legs):
-            own = forward * stride[n, leg]
-            strokes[leg, 0] = own * stroke[n, leg, 0] - turn * (tips[leg, 1] - middle_y)
-            strokes[leg, 1] = own * stroke[n, leg, 1] + turn * (tips[leg, 0] - middle_x) + aside
+            stretched = forward * stride[n, leg]
+            strokes[leg, 0] = stretched * stroke[n, leg, 0] - turn * (tips[own, leg, 1] - middle_y)
+            strokes[leg, 1] = (
+                stretched * stroke[n, leg, 1] + turn * (tips[own, leg, 0] - middle_x) + aside
+            )
             far = np.sqrt(strokes[leg, 0] * strokes[leg, 0] + strokes[leg, 1] * strokes[leg, 1])
             farthest = max(farthest, far)
         scale[n] = longest[n] / farthest if farthest > longest[n] else 1.0
@@ -148,10 +157,11 @@ def _advance(
             target[1] = active * (centre[n, leg, 1] + target[1] + ahead * strokes[leg, 1])
             target[2] = active * (centre[n, leg, 2] + target[2]) - command[n, 3] - reach[n, leg]
             for k in range(3):
-                target[k] += tips[leg, k]
+                target[k] += tips[own, leg, k]
             _follow(
-                first[leg], first[leg + 1], anchors, axes, tips[leg], standing, lower, upper,
-                weights[leg], length, speed_limit, interval, target, angles[n], room,
+                first[leg], first[leg + 1], anchors[own], axes[own], tips[own, leg], standing[own],
+                lower[own], upper[own], weights[own, leg], length[own], speed_limit, interval,
+                target, angles[n], room,
             )  # fmt: skip
 
 

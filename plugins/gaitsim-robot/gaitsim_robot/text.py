@@ -24,6 +24,7 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
 from gaitsim.plugin import unknown
+from gaitsim.plugin.toolkit import Servo
 from gaitsim_robot.child import run_in_child
 from gaitsim_robot.errors import RobotError
 from gaitsim_robot.markup import parse
@@ -253,6 +254,19 @@ def with_motors(text: str, names: tuple[str, ...]) -> str:
     check_text(changed)
     trust(changed)
     return changed
+
+
+def with_servos(text: str, servos: Mapping[str, Servo]) -> str:
+    """Return a robot's text in which the joints state the limits and gains of their servos."""
+    root = parse(text.encode(), WHERE, encoding="utf-8")
+    for joint in root.iter("joint"):
+        servo = servos.get(joint.get("name", ""))
+        if servo is not None and "axis" in joint.attrib:
+            limits = (servo.no_load_speed, servo.stiffness, servo.damping)
+            joint.set("actuatorfrcrange", f"{-servo.stall_torque!r} {servo.stall_torque!r}")
+            joint.set("user", " ".join(map(repr, limits)))
+            joint.set("armature", repr(max(float(joint.get("armature", "0")), servo.armature)))
+    return tostring(root, "unicode")
 
 
 def compile_text(text: str) -> dict[str, Any]:

@@ -20,16 +20,18 @@ STRAIGHT = 1 - 1e-12  # sine of a pitch that counts as a right angle
 _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
-def urdf(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo]) -> str:
+def urdf(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo], meshes: str = "") -> str:
     """Return a robot as URDF; '' if its linkages do not form a tree.
 
     The trunk's frame has x forward, y to the left and z up. Joints outside the legs are fixed in
-    the standing pose. Capsules are cylinders with spheres, and ellipsoids and meshes are boxes.
+    the standing pose. Capsules are cylinders with spheres, and ellipsoids are boxes, as are meshes
+    without a folder.
 
     Args:
         model: MuJoCo's compiled model, without damage.
         anatomy: anatomy of the robot.
         servos: servos of its driven joints by the joints' names.
+        meshes: folder of the files of `mesh_files`, relative to the URDF; '' for none.
     """
     tree = rig(model, anatomy)
     if tree is None:
@@ -51,7 +53,7 @@ def urdf(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo]) -> str:
             pose = place, product(turn, model.geom_quat[geom])
             collides = model.geom_contype[geom] or model.geom_conaffinity[geom]
             for tag in ("visual", *(["collision"] if collides else [])):
-                for shape, position, direction in _shapes(model, geom, *pose):
+                for shape, position, direction in _shapes(model, geom, *pose, meshes):
                     part = SubElement(element, tag)
                     _add_origin(part, position, direction)
                     SubElement(part, "geometry").append(shape)
@@ -100,7 +102,7 @@ def _add_limits(
 
 
 def _shapes(
-    model: Any, geom: int, place: Floats, turn: Floats
+    model: Any, geom: int, place: Floats, turn: Floats, meshes: str
 ) -> Iterator[tuple[Element, Floats, Floats]]:
     """Yield the shapes of a geom, with their positions and rotations in the frame of the link."""
     import mujoco
@@ -116,9 +118,33 @@ def _shapes(
         for end in ends:
             there = place + rotated(turn, np.array([0.0, 0.0, end * size[1]]))
             yield Element("sphere", radius=radius), there, turn
+    elif kind == kinds.mjGEOM_MESH and meshes:
+        name = f"{meshes}/{_mesh_name(int(model.geom_dataid[geom]))}"
+        yield Element("mesh", filename=name), place, turn
     else:
         middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
         yield Element("box", size=_numbers(2 * half)), place + rotated(turn, middle), turn
+
+
+def mesh_files(model: Any) -> dict[str, bytes]:
+    """Return the meshes of a robot by file name, as binary STL in metres."""
+    found = {}
+    for mesh in range(model.nmesh):
+        first, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
+        face, faces = int(model.mesh_faceadr[mesh]), int(model.mesh_facenum[mesh])
+        corners = model.mesh_vert[first : first + count][model.mesh_face[face : face + faces]]
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-30)
+        layout = [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
+        triangles = np.zeros(faces, np.dtype(layout))
+        triangles["normal"], triangles["corners"] = normals, corners
+        head = b"gaitsim".ljust(80) + np.uint32(faces).astype("<u4").tobytes()
+        found[_mesh_name(mesh)] = head + triangles.tobytes()
+    return found
+
+
+def _mesh_name(mesh: int) -> str:
+    return f"mesh-{mesh + 1}.stl"
 
 
 def _add_origin(element: Element, place: Floats, turn: Floats) -> None:

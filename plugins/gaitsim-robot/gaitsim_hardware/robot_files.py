@@ -1,0 +1,57 @@
+"""The robot itself, with the dimensions of an individual, as MJCF or URDF."""
+
+from pathlib import Path
+
+from gaitsim.plugin import Exported, GaitsimError, plugin_errors
+from gaitsim.plugin.runs import Individual, write_bytes
+from gaitsim_hardware.c_code import make_folder
+from gaitsim_robot.organism import Robot
+from gaitsim_robot.text import compile_model
+from gaitsim_robot.urdf import mesh_files, urdf
+
+
+def check_robot(individual: Individual, format: str) -> str:
+    """Return the body of an individual in a format, 'mjcf' or 'urdf'.
+
+    Raises:
+        GaitsimError: the body has no such description.
+    """
+    entry, body = individual.experiment.entries["organism"], _body(individual)
+    with plugin_errors(entry, f"writing its {format.upper()}"):
+        text = body.mjcf() if format == "mjcf" else body.urdf()
+    if not text:
+        raise GaitsimError(
+            f"{entry} has no {format.upper()}",
+            where=f"--format {format}",
+            allowed=f"a body with the method {format}(), such as a robot"
+            + (" without mimic joints and closed linkages" if format == "urdf" else ""),
+        )
+    return text
+
+
+def export_robot(individual: Individual, format: str, path: Path) -> Exported:
+    """Write the body of an individual; the meshes of a URDF stand in a folder beside it."""
+    text, body, meshes = check_robot(individual, format), _body(individual), {}
+    notices: tuple[str, ...] = ()
+    if isinstance(body, Robot):
+        model = compile_model(body.text)
+        if format == "urdf" and model.nmesh:
+            folder, meshes = f"{path.stem}-meshes", mesh_files(model)
+            text = urdf(model, body.anatomy, body._servos, folder)
+            make_folder(path.parent / folder)
+            for name, data in meshes.items():
+                write_bytes(path.parent / folder / name, data, follow=False)
+        late = body.simulation.latency
+        if late:
+            notices = (f"latency is not part of it: play it with organism.latency={late:g}",)
+        joints = f"{len(body.joint_names())} joints, {body.anatomy.mass:.3g} kg"
+    else:
+        joints = f"{len(body.joint_names())} joints"
+    write_bytes(path, text.encode(), follow=False)
+    with_meshes = f", {len(meshes)} meshes" if meshes else ""
+    return Exported(f"the robot as {format.upper()}: {joints}{with_meshes}", notices)
+
+
+def _body(individual: Individual) -> Robot:
+    body, genome = individual.experiment.organism, individual.genome
+    return body if genome is None else body.embody(genome)[0]  # type: ignore[return-value]
