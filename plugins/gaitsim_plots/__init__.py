@@ -193,6 +193,13 @@ class PathPlot(WindowedPlot):
     function: ClassVar[str] = "gaitsim_plots.path:path_figure"
 
 
+class DrawingPlot(MotionPlot):
+    """The dimensions of the body from the side and from above, beside the original's."""
+
+    title: ClassVar[str] = "Dimensioned drawing"
+    function: ClassVar[str] = "gaitsim_plots.drawing:drawing_figure"
+
+
 class ChannelPlot(WindowedPlot):
     """A channel of the motion over time."""
 

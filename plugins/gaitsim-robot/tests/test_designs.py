@@ -221,9 +221,9 @@ def test_a_mistake_is_one_message(options, what):
 
 
 def test_closed_linkages_have_no_dimensions_and_say_so(tmp_path):
+    path, overrides = mechanism(parallelogram, tmp_path), {"organism.dimensions": {"shank": 1.1}}
     with pytest.raises(GaitsimError, match="closed linkages or coupled joints"):
-        overrides = {"organism.dimensions": {"shank": 1.1}}
-        load_experiment(str(mechanism(parallelogram, tmp_path)), overrides)
+        load_experiment(str(path), overrides)
 
 
 def test_the_message_names_joints_in_one_place(tmp_path):
