@@ -12,6 +12,7 @@ from gaitsim.contracts.dimensions import (
     RANGES_HELP as RANGES_HELP,
     Dimension as Dimension,
     check_dimensions as check_dimensions,
+    dimension_measures as dimension_measures,
     factor_bounds as factor_bounds,
 )
 from gaitsim.contracts.motion import (

@@ -4,7 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from gaitsim.contracts.motion import Measure, Motion
 from gaitsim.errors import GaitsimError, unknown
 
 DIMENSIONS_HELP = (
@@ -98,9 +100,23 @@ def _check_factor(dimension: Dimension, name: str, factor: float, key: str) -> N
         )
 
 
+def dimension_measures(names: Sequence[str], motion: Motion) -> dict[str, Measure]:
+    """Return the factors of dimensions that evolve as measures, such as axes of an archive.
+
+    Args:
+        names: names of the dimensions.
+        motion: motion with the channel `dimensions`, (population, dimensions).
+    """
+    help = "factor of the dimension"
+    return {
+        f"{name} factor": Measure(motion["dimensions"][:, index], "", f"{help} {name}")
+        for index, name in enumerate(names)
+    }
+
+
 def factor_bounds(
     space: Mapping[str, Dimension], evolve: Sequence[str], ranges: Mapping[str, Sequence[float]]
-) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+) -> NDArray[np.float64]:
     """Return the smallest and largest factors of the dimensions that evolve, (2, dimensions)."""
     usual = [ranges.get(name, (space[name].low, space[name].high)) for name in evolve]
     return np.array(usual, np.float64).reshape(-1, 2).T

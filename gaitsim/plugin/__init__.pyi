@@ -77,6 +77,7 @@ from gaitsim.contracts import (
     Window as Window,
     check_dimensions as check_dimensions,
     check_world as check_world,
+    dimension_measures as dimension_measures,
     factor_bounds as factor_bounds,
     folder_of as folder_of,
     option as option,

@@ -37,6 +37,7 @@ from gaitsim.plugin import (
     Steered,
     check_dimensions,
     check_world,
+    dimension_measures,
     factor_bounds,
     folder_of,
     load_engine,
@@ -542,7 +543,13 @@ class Robot(Organism):
         simulation = self.simulation
         if push := self.world.get("push"):
             world["push"] += f" = {push * simulation.anatomy.mass:.3g} N s"
-        return describe_robot(simulation, self._servos, world)
+        shown = {
+            name: _dimension(one, self.dimensions.get(name, 1.0))
+            for name, one in self.design_space().items()
+            if "." not in name or name.startswith("hips") or name in self.dimensions
+        }
+        facts = dict(describe_robot(simulation, self._servos, world))
+        return {**facts, "Dimensions: organism.dimensions": shown} if shown else facts
 
     def warnings(self) -> tuple[str, ...]:
         """Return likely mistakes in the robot's file."""
@@ -869,7 +876,8 @@ class Robot(Organism):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return displacement, speed, duration, effort, slip, steps and posture."""
-        return measures(motion, self.anatomy.legs)
+        own = dimension_measures(self._evolving[0], motion)
+        return {**measures(motion, self.anatomy.legs), **own}
 
     def rig(self) -> Rig | None:
         """Return the tree of bodies; None for a robot with mimic joints or closed linkages."""
@@ -899,3 +907,10 @@ class Robot(Organism):
         if self._evolving[0] and "dimensions" in motion:
             return self.embody(motion["dimensions"][individual])[0].skeleton(motion, individual)
         return skeleton(self.simulation, motion, individual)
+
+
+def _dimension(dimension: Dimension, factor: float) -> str:
+    """Return the value of a dimension with its factor, in mm if it is a length."""
+    scale, unit = (1000, "mm") if dimension.unit == "m" else (1, dimension.unit)
+    value = f"{scale * factor * dimension.nominal:.3g} {unit}"
+    return f"{value}, {dimension.help}" + (f"; × {factor:.3g}" if factor != 1 else "")
