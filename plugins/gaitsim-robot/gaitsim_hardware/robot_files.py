@@ -1,6 +1,9 @@
 """The robot itself, with the dimensions of an individual, as MJCF or URDF."""
 
+import json
 from pathlib import Path
+
+import numpy as np
 
 from gaitsim.plugin import Exported, GaitsimError, plugin_errors
 from gaitsim.plugin.runs import Individual, write_bytes
@@ -41,15 +44,27 @@ def export_robot(individual: Individual, format: str, path: Path) -> Exported:
             make_folder(path.parent / folder)
             for name, data in meshes.items():
                 write_bytes(path.parent / folder / name, data, follow=False)
-        late = body.simulation.latency
-        if late:
-            notices = (f"latency is not part of it: play it with organism.latency={late:g}",)
+        notices = _notices(body, format)
         joints = f"{len(body.joint_names())} joints, {body.anatomy.mass:.3g} kg"
     else:
         joints = f"{len(body.joint_names())} joints"
     write_bytes(path, text.encode(), follow=False)
     with_meshes = f", {len(meshes)} meshes" if meshes else ""
     return Exported(f"the robot as {format.upper()}: {joints}{with_meshes}", notices)
+
+
+def _notices(body: Robot, format: str) -> tuple[str, ...]:
+    """Return which options play the robot as it was simulated, as the file cannot state them."""
+    late = body.simulation.latency
+    if format == "mjcf":
+        option = f"--set organism.latency={late:g}"
+        return (f"MJCF states no latency of servos; play it with {option}",) if late else ()
+    pairs = zip(body.joint_names(), np.degrees(body.standing_pose()).tolist(), strict=True)
+    stance = ", ".join(f"{json.dumps(name)} = {angle:.6g}" for name, angle in pairs)
+    return (
+        "URDF states neither the standing pose nor the gains of servos; play it with "
+        f"--set organism.servo={body.servo} --set 'organism.stance={{{stance}}}'",
+    )
 
 
 def _body(individual: Individual) -> Robot:

@@ -38,7 +38,11 @@ ROUND = 0.2  # share of its radius by which the contact may be off the surface o
 VERTICAL = 0.7  # smallest vertical component of the first axis of an insect's leg
 LIGHTEST = 0.5  # share of its mass that a link keeps with smaller servos
 NEAR = 0.01  # × length of the trunk; links this close in the standing pose never collide
-CENTRING = 3  # iterations that move the feet below the centre of mass
+ITERATIONS = (
+    20,
+    6,
+    6,
+)  # of the inverse kinematics, for each move of the feet below the centre of mass
 MASS_PER_TORQUE = float(np.median([one.mass / one.stall_torque for one in SERVOS.values()]))
 """Mass of a servo that is not in the table per stall torque, kg/(N m): the table's median."""
 
@@ -493,7 +497,7 @@ class DesignSpace:
         offset = self._data.subtree_com[1][:2] - tips[:, :2].mean(axis=0)
         poses = np.tile(self.anatomy.stance, (len(models), 1))
         away = np.empty(targets.shape[:2])
-        for _ in range(CENTRING):
+        for iterations in ITERATIONS:
             centres = np.empty((len(models), 2))
             for number, (model, data) in enumerate(zip(models, datas, strict=True)):
                 data.qpos[:] = poses[number]
@@ -504,8 +508,9 @@ class DesignSpace:
             for index, (chain, leg) in enumerate(zip(chains, self.anatomy.legs, strict=True)):
                 address = [self._model.joint(joint).qposadr[0] for joint in leg.joints]
                 weights = chain.weights(any(leg.sole))
-                angles = chain.solve(targets[:, index], poses[:, address], chain.zero, weights)
-                away[:, index] = norm(chain.place(angles) - targets[:, index]) / chain.length
+                start, places = poses[:, address], targets[:, index]
+                angles = chain.solve(places, start, chain.zero, weights, iterations)
+                away[:, index] = norm(chain.place(angles) - places) / chain.length
                 poses[:, address] = angles
         return poses, away
 
