@@ -27,22 +27,16 @@ from gaitsim_robot.linkage import Linkage, standing_chains
 from gaitsim_robot.markup import parse
 from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.standing import UNEVEN
-from gaitsim_robot.text import WHERE, compile_model, trust
+from gaitsim_robot.text import WHERE, compile_model
 
 SHORTEST = 0.05  # share of a leg's length; shorter segments are joints in one place
 PARALLEL = 0.99  # smallest cosine of the angle between axes that count as parallel
-ALIGNED = (
-    0.7  # smallest cosine of the angle between a geom's axis and the stretch that lengthens it
-)
+ALIGNED = 0.7  # smallest cosine of the angle between the axis of a shape and a stretch along it
 ROUND = 0.2  # share of its radius by which the contact may be off the surface of a ball
 VERTICAL = 0.7  # smallest vertical component of the first axis of an insect's leg
 LIGHTEST = 0.5  # share of its mass that a link keeps with smaller servos
 NEAR = 0.01  # × length of the trunk; links this close in the standing pose never collide
-ITERATIONS = (
-    20,
-    6,
-    6,
-)  # of the inverse kinematics, for each move of the feet below the centre of mass
+ITERATIONS = (20, 6, 6)  # of the inverse kinematics, after each move below the centre of mass
 MASS_PER_TORQUE = float(np.median([one.mass / one.stall_torque for one in SERVOS.values()]))
 """Mass of a servo that is not in the table per stall torque, kg/(N m): the table's median."""
 
@@ -450,7 +444,6 @@ class DesignSpace:
             numbers = " ".join(map(repr, pose.tolist()))
             key = f'<keyframe><key name="stand" qpos="{numbers}"/></keyframe></mujoco>'
             text = text.removesuffix("</mujoco>") + key  # noqa: PLW2901
-            trust(text)
             found.append(Design(text, replace(anatomies[number], stance=pose), problem))
         return found
 

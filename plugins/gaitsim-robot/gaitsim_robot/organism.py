@@ -103,7 +103,7 @@ from gaitsim_robot.measures import measures
 from gaitsim_robot.questions import ask
 from gaitsim_robot.servos import ServoName
 from gaitsim_robot.simulation import FRAME_RATE, Simulation
-from gaitsim_robot.text import compile_model, with_motors, with_servos
+from gaitsim_robot.text import compile_model, trust, with_motors, with_servos
 from gaitsim_robot.units import unit_warning
 
 XYZ = ("x", "y", "z")
@@ -430,6 +430,12 @@ class Robot(Organism):
     @property
     def text(self) -> str:
         """Text of the robot with its dimensions, an MJCF document."""
+        if self.dimensions:
+            trust(self._design.text)  # it follows from a text that was checked
+        return self._text
+
+    @property
+    def _text(self) -> str:
         return self._design.text if self.dimensions else self._original_text
 
     @property
@@ -510,7 +516,7 @@ class Robot(Organism):
         errors = [math.radians(horns.get(name, 0.0)) for name in self.anatomy.joints]
         return load_simulation(
             (
-                self.text,
+                self._text,
                 self.anatomy,
                 tuple(self._servos.items()),
                 self.dt,
@@ -527,7 +533,8 @@ class Robot(Organism):
     def _damage(self) -> tuple[Damage, ...]:
         if not self.damage:
             return ()
-        limits = dict(zip(self.anatomy.joints, joint_ranges(self.text, self.anatomy), strict=True))
+        ranges = joint_ranges(self._original_text, self._original)
+        limits = dict(zip(self.anatomy.joints, ranges, strict=True))
         return parse_damage(self.damage, self.leg_joints(), limits=limits)
 
     @property
@@ -776,7 +783,7 @@ class Robot(Organism):
                 at 50 frames per second; at least 2 frames, the first of which is the initial pose.
         """
         check_joint_angles(joint_angles, len(self.anatomy.joints))
-        lower, upper = np.array(joint_ranges(self.text, self.anatomy)).T
+        lower, upper = np.array(joint_ranges(self._original_text, self._original)).T
         angles = np.clip(joint_angles.astype(np.float64), lower, upper)
         return self._walk(angles, angles_frequency(angles, FRAME_RATE))
 
