@@ -6,14 +6,14 @@ each group, and `Oscillators.sine` or `Oscillators.cpg` converts them to joint a
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from gaitsim.contracts import Genomes, RealSpace
+from gaitsim.contracts import Dimension, Genomes, RealSpace, factor_bounds
 from gaitsim.portable import arctan, cos, exp, sin, tan
 
 
@@ -79,6 +79,17 @@ def genome_space(groups: Sequence[GeneGroup]) -> RealSpace:
         labels=tuple(f"{part} {group.name}".strip() for group in groups for part in group.parts),
         periodic=np.repeat([group.periodic for group in groups], count),
     )
+
+
+def dimension_genes(
+    space: Mapping[str, Dimension], evolve: Sequence[str], ranges: Mapping[str, Sequence[float]]
+) -> tuple[GeneGroup, ...]:
+    """Return the genes of the dimensions that evolve, factors; () if none does.
+
+    They are the last genes of a genome; see `Organism.embody`.
+    """
+    lower, upper = factor_bounds(space, evolve, ranges)
+    return (GeneGroup("dimension", tuple(evolve), lower, upper),) if evolve else ()
 
 
 def split_genomes(genomes: Genomes, groups: Sequence[GeneGroup]) -> tuple[NDArray[np.float64], ...]:

@@ -9,8 +9,10 @@ from gaitsim.contracts.conditions import (
 )
 from gaitsim.contracts.dimensions import (
     DIMENSIONS_HELP as DIMENSIONS_HELP,
+    EVOLVE_HELP as EVOLVE_HELP,
     RANGES_HELP as RANGES_HELP,
     Dimension as Dimension,
+    EvolvingChannels as EvolvingChannels,
     check_dimensions as check_dimensions,
     dimension_measures as dimension_measures,
     factor_bounds as factor_bounds,

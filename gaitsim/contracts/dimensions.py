@@ -2,16 +2,18 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts.motion import Measure, Motion
+from gaitsim.contracts.motion import Channel, Measure, Motion
 from gaitsim.errors import GaitsimError, unknown
 
 DIMENSIONS_HELP = (
     "factors of the body's dimensions by name, such as { shank = 1.15 }; the others are 1"
 )
+EVOLVE_HELP = "names of the body's dimensions that are genes, such as shank"
 RANGES_HELP = (
     "smallest and largest factors of dimensions that evolve, by name, such as { shank = [0.8, 1.5] "
     "}; 0.7 to 1.3 by default"
@@ -120,3 +122,23 @@ def factor_bounds(
     """Return the smallest and largest factors of the dimensions that evolve, (2, dimensions)."""
     usual = [ranges.get(name, (space[name].low, space[name].high)) for name in evolve]
     return np.array(usual, np.float64).reshape(-1, 2).T
+
+
+class EvolvingChannels:
+    """The channels of a body whose dimensions may evolve: `ClassVar[Any] = EvolvingChannels(…)`.
+
+    A body whose option `evolve` lists dimensions also has the channel `dimensions`, from which
+    `skeleton` knows the body of each individual; so has its class, which shows all channels.
+
+    Args:
+        channels: the other channels by name.
+    """
+
+    def __init__(self, channels: Mapping[str, Channel]) -> None:
+        self._channels = channels
+
+    def __get__(self, body: Any, owner: type) -> Mapping[str, Channel]:
+        if body is not None and not body.evolve:
+            return self._channels
+        evolved = Channel(("dimensions",), "", "factors of the dimensions that evolve")
+        return {**self._channels, "dimensions": evolved}

@@ -221,13 +221,26 @@ class Organism(Plugin):
     def embody(self, genome: Genomes) -> "tuple[Organism, Genomes]":
         """Return the body of an individual, with its own dimensions, and the rest of its genes.
 
-        The returned body has no genes of dimensions, and moves exactly like the individual. The
-        default returns the body itself and the genome, for bodies without such genes.
+        The returned body has no genes of dimensions, and moves exactly like the individual. In the
+        default, the genes of the dimensions in `evolve` are the last ones, in this order; a body
+        without such genes returns itself and the genome.
 
         Args:
-            genome: genome of the individual, (genes,).
+            genome: genome of the individual, (genes,), or these last genes alone.
         """
-        return self, genome
+        options, space = dict(self), self.design_space()
+        evolve = options.get("evolve", ())
+        names = [name for name in evolve if name in space]
+        if not names:
+            return self, genome
+        genes = len(genome) - len(names)
+        own = {
+            "dimensions": options["dimensions"]
+            | dict(zip(names, genome[genes:].tolist(), strict=True)),
+            "evolve": tuple(name for name in evolve if name not in space),
+            "ranges": {},
+        }
+        return self.model_copy(update=own), genome[:genes]
 
     def describe(self) -> Facts:
         """Return facts about the body with its options, such as its mass and its legs."""

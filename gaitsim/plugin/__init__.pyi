@@ -23,6 +23,7 @@ from gaitsim.choices import (
 from gaitsim.contracts import (
     COMMAND as COMMAND,
     DIMENSIONS_HELP as DIMENSIONS_HELP,
+    EVOLVE_HELP as EVOLVE_HELP,
     OBSERVATIONS as OBSERVATIONS,
     RANGES_HELP as RANGES_HELP,
     SAMPLES as SAMPLES,
@@ -38,6 +39,7 @@ from gaitsim.contracts import (
     Controller as Controller,
     Crossover as Crossover,
     Dimension as Dimension,
+    EvolvingChannels as EvolvingChannels,
     Exported as Exported,
     Exporter as Exporter,
     Facts as Facts,

@@ -1,9 +1,9 @@
-"""Damaged spiders: lost legs, and stuck or slow joints."""
+"""The legs of spiders with their dimensions and damage: lost legs, and stuck or slow joints."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,16 +20,21 @@ _MASSES = (body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS)
 class LegData(NamedTuple):
     """Data of the legs for the kernels; a lost leg has no length and no mass.
 
+    There is one body for the whole population, or one for each individual.
+
     Attributes:
-        lengths: lengths of coxa, femur and tibia, (8, 3) float32, m.
-        shares: shares of coxa, femur and tibia in the mass of the whole body, (8, 3) float32.
-        hips: first moment of the legs' masses, if all are at the hips, divided by the mass of the
-            body, (3,) float32, m; exactly 0 for an intact body, whose hips cancel in pairs.
+        lengths: lengths of coxa, femur and tibia, (bodies, 8, 3) float32, m.
+        shares: shares of coxa, femur and tibia in the mass of the body, (bodies, 8, 3) float32.
+        hips: places of the hips in the body's frame, (bodies, 8, 3) float32, m.
+        moments: first moment of the legs' masses, if all are at the hips, divided by the mass of
+            the body, (bodies, 3) float32, m; exactly 0 for an intact body whose rows have the same
+            lengths, as its hips cancel in pairs.
     """
 
     lengths: NDArray[np.float32]
     shares: NDArray[np.float32]
     hips: NDArray[np.float32]
+    moments: NDArray[np.float32]
 
 
 Legs = LegData  # its name in kernels that earlier versions cached
@@ -37,10 +42,11 @@ Legs = LegData  # its name in kernels that earlier versions cached
 
 @dataclass(frozen=True, eq=False)
 class SpiderAnatomy:
-    """The anatomy of a body with its damage.
+    """The anatomy of one or more bodies with the same damage.
 
     Attributes:
         legs: data of the legs for the kernels.
+        sizes: lengths of the legs and places of the hips, as if none were lost.
         lost: whether each leg is lost, (8,) bool.
         held: angles of the joints that do not move, by index, rad; 0 in lost legs.
         step_limits: largest rotation of each joint per frame, (24,) rad.
@@ -48,6 +54,7 @@ class SpiderAnatomy:
     """
 
     legs: LegData
+    sizes: body.Sizes
     lost: NDArray[np.bool_]
     held: Mapping[int, float]
     step_limits: NDArray[np.float64]
@@ -61,6 +68,23 @@ class SpiderAnatomy:
         for joint, angle in self.held.items():
             angles[:, joint] = angle
         return angles
+
+
+def anatomy_of(
+    factors: Mapping[str, Any], damage: tuple[str, ...], leg_mass: float = 1.0
+) -> SpiderAnatomy:
+    """Return the anatomy of one or more bodies with other dimensions.
+
+    Args:
+        factors: factors of dimensions by name, numbers or (bodies,).
+        damage: see `damaged_anatomy`.
+        leg_mass: see `damaged_anatomy`.
+    """
+    nominal = damaged_anatomy(damage, leg_mass)
+    if not factors:
+        return nominal
+    sizes = body.Sizes(factors)
+    return replace(nominal, legs=_legs(nominal.lost, leg_mass, sizes), sizes=sizes)
 
 
 @lru_cache
@@ -88,18 +112,36 @@ def damaged_anatomy(damage: tuple[str, ...], leg_mass: float = 1.0) -> SpiderAna
             held[body.JOINTS.index(one.part)] = one.value or 0.0
         elif one.kind == "slow" and one.value is not None:
             step_limits[body.JOINTS.index(one.part)] *= one.value
-    return SpiderAnatomy(
-        _legs(lost, leg_mass), lost, held, step_limits, tuple(one.part for one in found)
+    sizes = body.Sizes({})
+    legs, parts = _legs(lost, leg_mass, sizes), tuple(one.part for one in found)
+    return SpiderAnatomy(legs, sizes, lost, held, step_limits, parts)
+
+
+def _legs(lost: NDArray[np.bool_], leg_mass: float, sizes: body.Sizes) -> LegData:
+    """Return the data of legs.
+
+    Half of a segment's mass, such as its servo, is the same for all lengths; the other half grows
+    with the length, as by default in the preset `spider-physics`.
+    """
+    masses = leg_mass * np.array(_MASSES)
+    whole = masses[0] + masses[1] + masses[2]  # NumPy may choose the order of a sum
+    present = np.where(lost, 0.0, 1.0)[:, None]
+    own = masses * (0.5 + 0.5 * sizes.scales) * present
+    gained = own - masses * present
+    gained = gained[..., 0] + gained[..., 1] + gained[..., 2]
+    mass = body.BODY_MASS + int((~lost).sum()) * whole + _total(gained)
+    hips = np.zeros(own.shape, np.float32)
+    hips[..., 0], hips[..., 1] = sizes.hip_x, body.SIDE * sizes.hip_y
+    places = hips.astype(np.float64) * present
+    moments = _total(places) * whole + _total(places * gained[..., None])
+    return LegData(
+        (sizes.lengths * present).astype(np.float32),
+        (own / mass[:, None, None]).astype(np.float32),
+        hips,
+        (moments / mass[:, None]).astype(np.float32),
     )
 
 
-def _legs(lost: NDArray[np.bool_], leg_mass: float) -> LegData:
-    coxa, femur, tibia = masses = [leg_mass * mass for mass in _MASSES]
-    whole = coxa + femur + tibia  # `sum` of floats differs between versions of Python
-    mass = body.BODY_MASS + int((~lost).sum()) * whole
-    lengths, shares = np.zeros((2, len(lost), 3), np.float32)
-    lengths[~lost] = (body.COXA, body.FEMUR, body.TIBIA)
-    shares[~lost] = np.divide(masses, mass)
-    hips = np.stack([body.HIP_X, body.SIDE * body.HIP_Y, np.zeros(len(lost))], axis=1)
-    moment = hips[~lost].sum(axis=0) * whole / mass
-    return LegData(lengths, shares, moment.astype(np.float32))
+def _total(by_leg: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the sum over the legs, (bodies, legs, …), in their order."""
+    return np.asarray(np.add.accumulate(by_leg, axis=1)[:, -1])

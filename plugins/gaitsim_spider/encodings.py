@@ -9,12 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin import Genomes, RealSpace
+from gaitsim.plugin import Genomes
 from gaitsim.plugin.toolkit import (
     GeneGroup,
     Oscillators,
     amplitude_limit,
-    genome_space,
     limit_steps,
     split_genomes,
 )
@@ -39,10 +38,6 @@ class SpiderEncoding:
 
     groups: Callable[[float, bool], tuple[GeneGroup, ...]]
     decode: Callable[[Genomes, float, tuple[GeneGroup, ...]], Angles]
-
-    def space(self, frequency: float, symmetric: bool) -> RealSpace:
-        """Return the genome space."""
-        return genome_space(self.groups(frequency, symmetric))
 
     def angles(self, genomes: Genomes, frequency: float, symmetric: bool) -> Angles:
         """Return joint angles; if symmetric, the right legs lag the left legs by half a stride."""

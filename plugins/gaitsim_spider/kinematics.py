@@ -11,8 +11,7 @@ from gaitsim_spider import body
 from gaitsim_spider.damage import LegData
 
 _f = np.float32
-_HIP_X, _SIDE = body.HIP_X, body.SIDE
-_HIP_Y = _f(body.HIP_Y)
+_SIDE = body.SIDE
 _SIN_AZIMUTH = np.array([scalar.sin(angle) for angle in body.AZIMUTH], dtype=_f)
 _COS_AZIMUTH = np.array([scalar.cos(angle) for angle in body.AZIMUTH], dtype=_f)
 _SIN_FEMUR, _COS_FEMUR = _f(scalar.sin(body.FEMUR_PITCH)), _f(scalar.cos(body.FEMUR_PITCH))
@@ -52,21 +51,22 @@ def place_feet(
     Args:
         angles: joint angles from the pose at rest, (population, 24, frames) float32, radians,
             each within ±30°.
-        legs: data of the legs.
+        legs: data of the legs, of one body or of each individual's.
         feet: output, (population, 3, 8, frames) float32, metres: centre of each foot, or the hip
             of a lost leg.
         centre: output, (population, 3, frames) float32, metres: centre of mass.
     """
     for individual in range(angles.shape[0]):
+        own = min(individual, len(legs.lengths) - 1)
         for axis in range(3):
             for frame in range(angles.shape[2]):
-                centre[individual, axis, frame] = legs.hips[axis]
+                centre[individual, axis, frame] = legs.moments[own, axis]
         for leg in range(feet.shape[2]):
             sin_azimuth, cos_azimuth = _SIN_AZIMUTH[leg], _COS_AZIMUTH[leg]
-            hip_x, side = _HIP_X[leg], _SIDE[leg]
-            coxa_length, coxa_share = legs.lengths[leg, 0], legs.shares[leg, 0]
-            femur_length, femur_share = legs.lengths[leg, 1], legs.shares[leg, 1]
-            tibia_length, tibia_share = legs.lengths[leg, 2], legs.shares[leg, 2]
+            hip_x, hip_y, side = legs.hips[own, leg, 0], legs.hips[own, leg, 1], _SIDE[leg]
+            coxa_length, coxa_share = legs.lengths[own, leg, 0], legs.shares[own, leg, 0]
+            femur_length, femur_share = legs.lengths[own, leg, 1], legs.shares[own, leg, 1]
+            tibia_length, tibia_share = legs.lengths[own, leg, 2], legs.shares[own, leg, 2]
             for frame in range(angles.shape[2]):
                 yaw = angles[individual, 3 * leg, frame]
                 femur = angles[individual, 3 * leg + 1, frame]
@@ -82,7 +82,7 @@ def place_feet(
                 tibia_up = tibia_length * (_SIN_TIBIA * cos_tibia + _COS_TIBIA * sin_tibia)
                 reach = coxa_length + femur_out + tibia_out
                 feet[individual, 0, leg, frame] = hip_x + reach * forward
-                feet[individual, 1, leg, frame] = side * _HIP_Y + reach * sideways
+                feet[individual, 1, leg, frame] = hip_y + reach * sideways
                 feet[individual, 2, leg, frame] = femur_up + tibia_up
                 # First moments of the leg's mass about its hip.
                 moment = (
@@ -96,11 +96,12 @@ def place_feet(
                 centre[individual, 2, frame] += tibia_share * (femur_up + _HALF * tibia_up)
 
 
-def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
+def leg_points(angles: NDArray[np.float32], sizes: body.Sizes) -> NDArray[np.float64]:
     """Return hip, femur joint, knee and foot of every leg, for drawing.
 
     Args:
         angles: joint angles from the pose at rest, (frames, 24), radians.
+        sizes: lengths of the legs and places of the hips of one body.
 
     Returns:
         (frames, 8, 4, 3), metres, in the body's frame.
@@ -109,16 +110,15 @@ def leg_points(angles: NDArray[np.float32]) -> NDArray[np.float64]:
     yaw = body.AZIMUTH + coxa
     femur = body.FEMUR_PITCH + femur
     tibia = body.TIBIA_PITCH + femur - body.FEMUR_PITCH + tibia
-    reach = np.cumsum(
-        [np.full_like(yaw, body.COXA), body.FEMUR * cos(femur), body.TIBIA * cos(tibia)], axis=0
-    )
-    height = np.cumsum(
-        [np.zeros_like(yaw), body.FEMUR * sin(femur), body.TIBIA * sin(tibia)], axis=0
-    )
+    [lengths], [hip_x], [hip_y] = sizes.lengths, sizes.hip_x, sizes.hip_y
+    coxae, femora, tibiae = lengths.T
+    outward = [np.broadcast_to(coxae, yaw.shape), femora * cos(femur), tibiae * cos(tibia)]
+    upward = [np.zeros_like(yaw), femora * sin(femur), tibiae * sin(tibia)]
+    reach, height = np.cumsum(outward, axis=0), np.cumsum(upward, axis=0)
     points = np.zeros((*yaw.shape, 4, 3))
-    points[:, :, 0, 0] = body.HIP_X
-    points[:, :, 0, 1] = body.SIDE * body.HIP_Y
-    points[:, :, 1:, 0] = np.moveaxis(body.HIP_X + reach * sin(yaw), 0, 2)
-    points[:, :, 1:, 1] = np.moveaxis(body.SIDE * (body.HIP_Y + reach * cos(yaw)), 0, 2)
+    points[:, :, 0, 0] = hip_x
+    points[:, :, 0, 1] = body.SIDE * hip_y.astype(np.float32)
+    points[:, :, 1:, 0] = np.moveaxis(hip_x + reach * sin(yaw), 0, 2)
+    points[:, :, 1:, 1] = np.moveaxis(body.SIDE * (hip_y + reach * cos(yaw)), 0, 2)
     points[:, :, 1:, 2] = np.moveaxis(height, 0, 2)
     return points

@@ -3,17 +3,22 @@
 import math
 from collections.abc import Callable, Mapping
 from functools import partial
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import model_validator
 
 from gaitsim.plugin import (
+    DIMENSIONS_HELP,
+    EVOLVE_HELP,
+    RANGES_HELP,
     WORLD_HELP,
     Array,
     Channel,
     Condition,
+    Dimension,
+    EvolvingChannels,
     Genomes,
     GenomeSpace,
     Link,
@@ -22,6 +27,7 @@ from gaitsim.plugin import (
     Organism,
     Rig,
     Skeleton,
+    check_dimensions,
     check_world,
     option,
     product,
@@ -34,12 +40,15 @@ from gaitsim.plugin.toolkit import (
     DAMAGE_HELP,
     STRIDE_FREQUENCY,
     STRIDE_FREQUENCY_CHANNEL,
+    GeneGroup,
     angles_frequency,
     check_joint_angles,
     conditions,
     delay_angles,
+    dimension_genes,
     downward,
     draw_joint_errors,
+    genome_space,
     hold_commands,
     limit_steps,
     norm,
@@ -49,7 +58,7 @@ from gaitsim.plugin.toolkit import (
 )
 from gaitsim_spider import body
 from gaitsim_spider.body import time_last, time_second
-from gaitsim_spider.damage import LegData, SpiderAnatomy, damaged_anatomy
+from gaitsim_spider.damage import LegData, SpiderAnatomy, anatomy_of
 from gaitsim_spider.encodings import ENCODINGS, Angles, tetrapod
 
 LEG_MASS = "leg_mass"
@@ -122,37 +131,29 @@ def rig(anatomy: SpiderAnatomy) -> Rig:
         [TRUNK] * 4,
     )
     feet, foot_links = [], []
+    [hip_x], [hip_y] = anatomy.sizes.hip_x.tolist(), anatomy.sizes.hip_y.tolist()
+    [lengths] = anatomy.sizes.lengths.tolist()
     for leg, lost in zip(range(len(body.LEGS)), anatomy.lost, strict=True):
-        side, hip = (
-            float(body.SIDE[leg]),
-            (float(body.HIP_X[leg]), float(body.SIDE[leg]) * body.HIP_Y, 0.0),
-        )
+        side = float(body.SIDE[leg])
+        hip = (hip_x[leg], side * hip_y[leg], 0.0)
         if lost:
             feet.append(hip)
             foot_links.append(TRUNK)
             continue
         coxa, femur, tibia = body.LEG_JOINTS[body.LEGS[leg]]
         outward = side * (math.pi / 2 - float(body.AZIMUTH[leg]))
-        up = (0.0, -1.0, 0.0)
+        up, tips = (0.0, -1.0, 0.0), [(length, 0.0, 0.0) for length in lengths[leg]]
+        down, bend = -body.FEMUR_PITCH, body.FEMUR_PITCH - body.TIBIA_PITCH
         links += [
             Link(coxa, TRUNK, hip, turn_about_axis(2, outward), coxa, (0.0, 0.0, -side)),
-            Link(
-                femur, coxa, (body.COXA, 0.0, 0.0), turn_about_axis(1, -body.FEMUR_PITCH), femur, up
-            ),
-            Link(
-                tibia,
-                femur,
-                (body.FEMUR, 0.0, 0.0),
-                turn_about_axis(1, body.FEMUR_PITCH - body.TIBIA_PITCH),
-                tibia,
-                up,
-            ),
+            Link(femur, coxa, tips[0], turn_about_axis(1, down), femur, up),
+            Link(tibia, femur, tips[1], turn_about_axis(1, bend), tibia, up),
         ]
-        for name, length in ((coxa, body.COXA), (femur, body.FEMUR), (tibia, body.TIBIA)):
+        for name, tip in zip((coxa, femur, tibia), tips, strict=True):
             names.append(name)
-            ends.append(np.array([[0.0, 0.0, 0.0], [length, 0.0, 0.0]]))
+            ends.append(np.array([(0.0, 0.0, 0.0), tip]))
             carriers.append(name)
-        feet.append((body.TIBIA, 0.0, 0.0))
+        feet.append(tips[2])
         foot_links.append(tibia)
     return Rig(
         tuple(links),
@@ -168,6 +169,22 @@ def rig(anatomy: SpiderAnatomy) -> Rig:
 
 
 XYZ = ("x", "y", "z")
+CHANNELS: Mapping[str, Channel] = {
+    "joint_angles": Channel(("frames", "joints"), "rad", "commands, from the pose at rest"),
+    "joint_positions": Channel(("frames", "joints"), "rad", "positions of the joints"),
+    "feet": Channel(("frames", "feet", XYZ), "m", "feet in the body's frame"),
+    "centre_of_mass": Channel(("frames", XYZ), "m", "centre of mass in the body's frame"),
+    "pose": Channel(
+        ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "pose of the body in the world"
+    ),
+    "stance": Channel(
+        ("frames", "feet"), "", "whether the foot stays in place until the next frame"
+    ),
+    "slip": Channel(("frames",), "m", "mean slide of the stance feet until the next frame"),
+    "margin": Channel(("frames",), "m", "static stability margin, negative if unsupported"),
+    "slope": Channel(("frames",), "rad", "tilt of the plane on which the feet rest"),
+    STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
+}
 
 
 class Spider(Organism):
@@ -190,59 +207,61 @@ class Spider(Organism):
     )
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
+    dimensions: dict[str, float] = option({}, DIMENSIONS_HELP)
+    evolve: tuple[str, ...] = option((), EVOLVE_HELP)
+    ranges: dict[str, tuple[float, float]] = option({}, RANGES_HELP)
 
     portable: ClassVar[bool] = True
     threads: ClassVar[bool] = True
     twin: ClassVar[str] = "spider-physics"
-    channels: ClassVar[Mapping[str, Channel]] = {
-        "joint_angles": Channel(("frames", "joints"), "rad", "commands, from the pose at rest"),
-        "joint_positions": Channel(("frames", "joints"), "rad", "positions of the joints"),
-        "feet": Channel(("frames", "feet", XYZ), "m", "feet in the body's frame"),
-        "centre_of_mass": Channel(("frames", XYZ), "m", "centre of mass in the body's frame"),
-        "pose": Channel(
-            ("frames", ("x", "y", "yaw")), ("m", "m", "rad"), "pose of the body in the world"
-        ),
-        "stance": Channel(
-            ("frames", "feet"), "", "whether the foot stays in place until the next frame"
-        ),
-        "slip": Channel(("frames",), "m", "mean slide of the stance feet until the next frame"),
-        "margin": Channel(("frames",), "m", "static stability margin, negative if unsupported"),
-        "slope": Channel(("frames",), "rad", "tilt of the plane on which the feet rest"),
-        STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
-    }
+    channels: ClassVar[Any] = EvolvingChannels(CHANNELS)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         if self.encoding == "recurrence" and self.symmetry != "none":
             raise ValueError("symmetry 'alternating' needs the encoding 'sine' or 'cpg'")
-        damaged_anatomy(self.damage)
+        anatomy_of({}, self.damage)
         check_world(self.world, CONDITIONS)
+        check_dimensions(body.DIMENSIONS, self.dimensions, self.evolve, self.ranges)
         return self
 
+    def design_space(self) -> Mapping[str, Dimension]:
+        """Return the lengths of the segments, of all legs, a row or a leg, and of the hips."""
+        return body.DIMENSIONS
+
+    @property
+    def _gene_groups(self) -> tuple[GeneGroup, ...]:
+        groups = ENCODINGS[self.encoding].groups(self.frequency, self.symmetry == "alternating")
+        return (*groups, *dimension_genes(body.DIMENSIONS, self.evolve, self.ranges))
+
     def genome_space(self) -> GenomeSpace:
-        """Return the space of 48 genes, two per joint in any encoding; 24 for alternating gaits."""
-        return ENCODINGS[self.encoding].space(self.frequency, self.symmetry == "alternating")
+        """Return the space of 48 genes, two per joint in any encoding; 24 for alternating gaits.
+
+        The factors of dimensions that evolve come last.
+        """
+        return genome_space(self._gene_groups)
 
     def starts(self) -> Mapping[str, Array]:
         """Return an alternating tetrapod made by hand; {} with the encoding 'recurrence'."""
         if self.encoding == "recurrence":
             return {}
-        return {"tetrapod": tetrapod(self.frequency, self.symmetry == "alternating")}
+        start = tetrapod(self.frequency, self.symmetry == "alternating")
+        space = self.genome_space()
+        return {"tetrapod": space.repair(np.append(start, np.ones(len(self.evolve)))[None])[0]}
 
     def unfold(self, genomes: Genomes) -> Genomes | None:
         """Return the genomes with the genes of all legs; None without symmetry."""
         if self.symmetry == "none":
             return None
-        groups = ENCODINGS[self.encoding].groups(self.frequency, True)
-        return np.concatenate(split_genomes(genomes, groups), axis=1)
+        return np.concatenate(split_genomes(genomes, self._gene_groups), axis=1)
 
     def move(self, genomes: Genomes) -> Motion:
         """Walk with the joint angles that genomes decode to, as far as damaged joints allow."""
-        alternating = self.symmetry == "alternating"
-        angles = ENCODINGS[self.encoding].angles(genomes, self.frequency, alternating)
+        alternating, genes = self.symmetry == "alternating", genomes.shape[1] - len(self.evolve)
+        angles = ENCODINGS[self.encoding].angles(genomes[:, :genes], self.frequency, alternating)
         known = 0.0 if self.encoding == "recurrence" else self.frequency
         frequency = np.full(len(genomes), known)
-        return self._walk(self._anatomy.restrict(angles), lambda: frequency)
+        return self._walk(self._anatomy.restrict(angles), lambda: frequency, genomes[:, genes:])
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with given joint angles.
@@ -259,20 +278,31 @@ class Spider(Organism):
         anatomy = self._anatomy
         angles = limit_steps(time_last(angles), anatomy.step_limits)
         frequency = partial(angles_frequency, joint_angles, body.FRAME_RATE)
-        return self._walk(anatomy.restrict(angles), frequency)
+        factors = np.ones((len(angles), len(self.evolve)))
+        return self._walk(anatomy.restrict(angles), frequency, factors)
 
     @property
     def _anatomy(self) -> SpiderAnatomy:
-        """Anatomy of the damaged body with the world's masses."""
-        return damaged_anatomy(self.damage, self.world.get(LEG_MASS, 1.0))
+        """Anatomy of the damaged body with the world's masses, without evolved dimensions."""
+        return anatomy_of(self.dimensions, self.damage, self.world.get(LEG_MASS, 1.0))
 
-    def _walk(self, commands: Angles, frequency: Callable[[], Array]) -> Motion:
-        """Return the motion for commands, (population, 24, frames) rad, and their frequency."""
-        anatomy = self._anatomy
+    def _walk(self, commands: Angles, frequency: Callable[[], Array], factors: Array) -> Motion:
+        """Return a motion.
+
+        Args:
+            commands: commanded angles, (population, 24, frames) rad.
+            frequency: returns the stride frequency of the commands, (population,) Hz.
+            factors: factors of the dimensions that evolve, (population, dimensions).
+        """
+        own = {**self.dimensions, **dict(zip(self.evolve, factors.T, strict=True))}
+        anatomy = anatomy_of(own, self.damage, self.world.get(LEG_MASS, 1.0))
         positions = joint_positions(commands, self.world, anatomy.step_limits)
         if positions is not commands:
             positions = anatomy.restrict(positions)
-        return _motion(commands, positions, anatomy.legs, downward(self.world), frequency)
+        motion = _motion(commands, positions, anatomy.legs, downward(self.world), frequency)
+        if self.evolve:
+            motion.add("dimensions", factors.copy())
+        return motion
 
     def joint_names(self) -> tuple[str, ...]:
         """Return 'L1 coxa', 'L1 femur', 'L1 tibia', 'L2 coxa' … 'R4 tibia'."""
@@ -334,8 +364,11 @@ class Spider(Organism):
         from gaitsim_spider.kinematics import leg_points
         from gaitsim_spider.walking import STANCE_TOLERANCE
 
+        if self.evolve:
+            own, _ = self.embody(motion["dimensions"][individual])
+            return own.skeleton(motion, individual)
         anatomy = self._anatomy
-        points = leg_points(motion["joint_positions"][individual])
+        points = leg_points(motion["joint_positions"][individual], anatomy.sizes)
         points[:, anatomy.lost, 1:] = points[:, anatomy.lost, :1]
         frames = len(points)
         parts = (

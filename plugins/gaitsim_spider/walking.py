@@ -352,7 +352,7 @@ def walk(
     Args:
         angles: joint angles from the pose at rest, (population, 24, frames) float32, radians, each
             within ±30°.
-        legs: data of the legs.
+        legs: data of the legs, of one body or of each individual's.
         lean: components of gravity along the ground, forward and to the left of the initial
             heading, divided by the component into the ground; 0 on level ground.
         feet: working memory, (1, 3, 8, frames) float32. That of one individual, 76 kB for 300
@@ -369,7 +369,14 @@ def walk(
         slope: output, (population, frames) float32, radians: tilt of the resting plane.
     """
     for n in range(len(angles)):
-        place_feet(angles[n : n + 1], legs, feet, centre)
+        own = min(n, len(legs.lengths) - 1)
+        one = LegData(
+            legs.lengths[own : own + 1],
+            legs.shares[own : own + 1],
+            legs.hips[own : own + 1],
+            legs.moments[own : own + 1],
+        )
+        place_feet(angles[n : n + 1], one, feet, centre)
         travel(
             feet[0], centre[0], lean, blocks[0], pose[n], stance[n], slip[n], margin[n], slope[n]
         )

@@ -288,7 +288,7 @@ def test_feet_are_those_of_an_independent_rigid_body_model() -> None:
 def test_skeleton_and_kernels_agree_on_the_feet() -> None:
     spider = Spider(encoding="cpg")
     motion = spider.move(spider.genome_space().random(1, np.random.default_rng(6)))
-    points = leg_points(motion["joint_angles"][0])
+    points = leg_points(motion["joint_angles"][0], body.Sizes({}))
     np.testing.assert_allclose(points[:, :, 3], motion["feet"][0], atol=2e-7)
     lengths = np.linalg.norm(np.diff(points, axis=2), axis=3)
     np.testing.assert_allclose(
@@ -299,7 +299,7 @@ def test_skeleton_and_kernels_agree_on_the_feet() -> None:
 def test_the_centre_of_mass_is_the_mean_of_the_segments_middles() -> None:
     spider = Spider()
     motion = spider.move(spider.genome_space().random(1, np.random.default_rng(7)))
-    points = leg_points(motion["joint_angles"][0])
+    points = leg_points(motion["joint_angles"][0], body.Sizes({}))
     middles = (points[:, :, 1:] + points[:, :, :-1]) / 2
     masses = np.array([body.COXA_MASS, body.FEMUR_MASS, body.TIBIA_MASS])
     centre = np.einsum("flsa,s->fa", middles, masses) / (8 * masses.sum() + body.BODY_MASS)

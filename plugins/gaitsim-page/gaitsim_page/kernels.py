@@ -37,9 +37,10 @@ MEMORY = np.dtype(
         ("safe_margin", np.float32),
         ("sine", np.float32, (FRAMES,)),
         ("cosine", np.float32, (FRAMES,)),
-        ("lengths", np.float32, (len(LEGS), 3)),
-        ("shares", np.float32, (len(LEGS), 3)),
-        ("hips", np.float32, (3,)),
+        ("lengths", np.float32, (1, len(LEGS), 3)),
+        ("shares", np.float32, (1, len(LEGS), 3)),
+        ("hips", np.float32, (1, len(LEGS), 3)),
+        ("moments", np.float32, (1, 3)),
         ("lost", np.uint8, (len(LEGS),)),
         # The motion.
         ("angles", np.float32, (1, len(JOINTS), FRAMES)),
@@ -112,7 +113,7 @@ def _functions() -> dict[str, Callable[[Any], None]]:
             for joint in range(3 * leg, 3 * leg + 3):
                 for frame in range(m.angles.shape[2] if m.lost[leg] else 0):
                     m.angles[0, joint, frame] = np.float32(0.0)
-        legs = LegData(m.lengths, m.shares, m.hips)
+        legs = LegData(m.lengths, m.shares, m.hips, m.moments)
         outputs = m.feet, m.centre, m.block, m.pose, m.stance, m.slip, m.margin, m.slope
         walk(m.angles, legs, (0.0, 0.0), *outputs)
         motion = m.pose, m.slip, m.margin, m.slope, m.angles

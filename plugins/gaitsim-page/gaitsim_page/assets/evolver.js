@@ -218,10 +218,11 @@ class Kernels {
 
   /** Set the body and the fitness. @param {Settings} settings */
   prepare({ lost, weights }) {
-    const row = this.legs.subarray(51 * (DATA.legNames.indexOf(lost) + 1)); // the first is intact
+    const row = this.legs.subarray(75 * (DATA.legNames.indexOf(lost) + 1)); // the first is intact
     this.view("lengths").set(row.subarray(0, 24));
     this.view("shares").set(row.subarray(24, 48));
-    this.view("hips").set(row.subarray(48, 51));
+    this.view("hips").set(row.subarray(48, 72));
+    this.view("moments").set(row.subarray(72, 75));
     this.view("lost").set(DATA.legNames.map((name) => (name === lost ? 1 : 0)));
     this.view("safe_margin")[0] = weights.safe_margin;
     const rate = DATA.frameRate;
