@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.plugin.toolkit import parse_damage
-from gaitsim_walker.body import SHANK_MASS, THIGH_MASS, Floats, WalkerPlan
+from gaitsim_walker.body import Floats, WalkerPlan
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,11 +28,6 @@ class Impairment:
     torque: Floats
     speed: Floats
     parts: tuple[str, ...]
-
-    @property
-    def lost_mass(self) -> float:
-        """Mass of the lost legs, kg."""
-        return int(self.lost.sum()) * (THIGH_MASS + SHANK_MASS)
 
     def restrict(self, commands: Floats) -> Floats:
         """Return commands, (…, joints) rad, with the angles of stuck joints, and 0 in lost legs."""

@@ -5,7 +5,8 @@ passes from one individual to the next.
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pymunk
@@ -13,7 +14,7 @@ import pymunk
 from gaitsim.plugin import Array, Motion
 from gaitsim.plugin.toolkit import STRIDE_FREQUENCY
 from gaitsim_walker import body
-from gaitsim_walker.body import FRAME_RATE, Floats
+from gaitsim_walker.body import FRAME_RATE, Floats, WalkerPlan
 from gaitsim_walker.surroundings import Ground, Surroundings
 
 ITERATIONS = 20  # iterations of the solver in each step
@@ -71,22 +72,26 @@ class Machine:
         )
         where[..., 1] += height
         width, depth = 2 * self.plan.half[0], 2 * self.plan.half[1]
-        mass = surroundings.mass * body.TORSO_MASS
+        mass = surroundings.mass * self.plan.torso_mass
         torso = pymunk.Body(mass, pymunk.moment_for_box(mass, (width, depth)))
         torso.position = (0.0, height)
         self.space.add(torso)
         self.bodies = [torso]
         self.joints: list[WalkerJoint] = []
         for number, leg in enumerate(self.plan.legs):
-            top, end = (0.0, body.LIMB / 2), (0.0, -body.LIMB / 2)
-            thigh = self._add_limb(body.THIGH_MASS, where[number, 0], turned[2 * number])
-            shank = self._add_limb(body.SHANK_MASS, where[number, 1], turned[2 * number + 1])
+            thigh, shank = (
+                self._add_limb(part, where[number, part], turned[2 * number + part])
+                for part in (0, 1)
+            )
+            top, end = (0.0, self.plan.limbs[1] / 2), (0.0, -self.plan.limbs[1] / 2)
             foot = pymunk.Circle(self.bodies[shank], body.FOOT_RADIUS, end)
             foot.friction = surroundings.friction
             foot.filter = pymunk.ShapeFilter(group=1)  # the legs do not collide with each other
-            hip = self._add_joint(0, leg.hip, thigh, top, leg.knee * body.BEND, 1, body.HIP_LIMIT)
+            rest, bent = leg.knee * self.plan.bends[0], -leg.knee * 2 * body.BEND
+            half = self.plan.limbs[0] / 2
+            hip = self._add_joint(0, leg.hip, thigh, (0.0, half), rest, 1, body.HIP_LIMIT)
             knee = self._add_joint(
-                thigh, end, shank, top, -leg.knee * 2 * body.BEND, -leg.knee, body.KNEE_LIMIT
+                thigh, (0.0, -half), shank, top, bent, -leg.knee, body.KNEE_LIMIT
             )
             if not lost[number]:
                 self.space.add(self.bodies[thigh], self.bodies[shank], foot, *hip, *knee)
@@ -103,9 +108,9 @@ class Machine:
             )
             self.space.add(piece)
 
-    def _add_limb(self, nominal_mass: float, top: Floats, angle: float) -> int:
-        """Add a limb that hangs from `top` and return its index."""
-        half, mass = body.LIMB / 2, self.surroundings.mass * nominal_mass
+    def _add_limb(self, part: int, top: Floats, angle: float) -> int:
+        """Add a thigh, 0, or a shank, 1, that hangs from `top`, and return its index."""
+        half, mass = self.plan.limbs[part] / 2, self.surroundings.mass * self.plan.limb_masses[part]
         limb = pymunk.Body(mass, pymunk.moment_for_segment(mass, (0, -half), (0, half), 0))
         x, z = top.tolist()
         limb.position = (x + half * math.sin(angle), z - half * math.cos(angle))
@@ -155,13 +160,14 @@ class Machine:
             corner = x + side * cos + half_z * sin
             if z + side * sin - half_z * cos < height(corner):
                 return True
+        half = self.plan.limbs[0] / 2
         for thigh, lost in zip(self.bodies[1::2], self.surroundings.damage.lost, strict=True):
             if lost:
                 continue
             x, z = thigh.position
             angle = thigh.angle
-            knee = z - body.LIMB / 2 * math.cos(angle) - body.KNEE_RADIUS
-            if knee < height(x + body.LIMB / 2 * math.sin(angle)):
+            knee = z - half * math.cos(angle) - body.KNEE_RADIUS
+            if knee < height(x + half * math.sin(angle)):
                 return True
         return False
 
@@ -286,22 +292,26 @@ def roll_out(surroundings: Surroundings, commands: Floats) -> Rollout:
     )
 
 
-def walk(surroundings: Surroundings, commands: Floats, frequency: Floats) -> Motion:
+def walk(
+    surroundings: Surroundings, plans: Sequence[WalkerPlan], commands: Floats, frequency: Floats
+) -> Motion:
     """Simulate walkers one after the other, and return their motion.
 
     Args:
-        surroundings: body, ground and servos; each walker is simulated separately.
+        surroundings: ground, servos and damage; each walker is simulated separately.
+        plans: build of each walker.
         commands: servo commands of each walker, (population, frames, joints) rad.
         frequency: stride frequency of the commands, (population,) Hz; 0 if unknown.
     """
+    each = [replace(surroundings, plan=plan) for plan in plans]
     commanded, rolled = [], []
-    for wanted in commands:
-        rollout = roll_out(surroundings, wanted)
+    for own, wanted in zip(each, commands, strict=True):
+        rollout = roll_out(own, wanted)
         held = wanted.copy()
         held[rollout.lasted :] = wanted[min(rollout.lasted, len(wanted) - 1)]
         commanded.append(held)
         rolled.append(rollout)
-    measured = [_measured(surroundings, rollout) for rollout in rolled]
+    measured = [_measured(own, rollout) for own, rollout in zip(each, rolled, strict=True)]
 
     def all_of(name: str) -> Array:
         return np.stack([getattr(rollout, name) for rollout in rolled])
@@ -330,8 +340,8 @@ def walk(surroundings: Surroundings, commands: Floats, frequency: Floats) -> Mot
             "energy": all_of("work"),
             STRIDE_FREQUENCY: np.asarray(frequency, np.float64),
             "lasted": lasted,
-            "weight": np.full(len(rolled), surroundings.weight),
-            "length": np.full(len(rolled), body.TORSO_LENGTH),
+            "weight": np.array([own.weight for own in each]),
+            "length": np.array([plan.length for plan in plans]),
         },
         failures={i: rollout.failure for i, rollout in enumerate(rolled) if rollout.failure},
     )

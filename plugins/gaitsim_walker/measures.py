@@ -26,9 +26,7 @@ def measures(motion: Motion, plan: WalkerPlan) -> Mapping[str, Measure]:
     return {
         "forward": Measure(forward, "m", "displacement of the torso"),
         "body lengths": Measure(
-            forward / body.TORSO_LENGTH,
-            "",
-            f"forward displacement in torso lengths of {body.TORSO_LENGTH:g} m",
+            forward / motion["length"], "", "forward displacement in lengths of the torso"
         ),
         "lasted": Measure(lasted, "s", "time until the fall, or the length of the rollout"),
         "cost of transport": Measure(

@@ -1,19 +1,24 @@
 """The walker: a torso on two or four legs, seen from the side."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 from pydantic import model_validator
 
 from gaitsim.plugin import (
+    DIMENSIONS_HELP,
+    EVOLVE_HELP,
+    RANGES_HELP,
     WORLD_HELP,
     Array,
     Channel,
     Condition,
+    Dimension,
+    EvolvingChannels,
     Genomes,
     Measure,
     Motion,
@@ -21,6 +26,7 @@ from gaitsim.plugin import (
     RealSpace,
     Rig,
     Skeleton,
+    check_dimensions,
     check_world,
     option,
 )
@@ -34,13 +40,14 @@ from gaitsim.plugin.toolkit import (
     check_joint_angles,
     check_time_step,
     conditions,
+    dimension_genes,
     draw_joint_errors,
     draw_push,
     genome_space,
     split_genomes,
     world_seed,
 )
-from gaitsim_walker.body import FRAME_RATE, PLANS, Floats, WalkerPlan, rig
+from gaitsim_walker.body import DIMENSIONS, FRAME_RATE, Floats, WalkerPlan, plan_of, rig
 from gaitsim_walker.damage import Impairment, impairment_of
 from gaitsim_walker.measures import measures, skeleton
 from gaitsim_walker.surroundings import STEP, Surroundings, ground
@@ -90,17 +97,22 @@ def trot(plan: WalkerPlan, alternating: bool, fastest: float) -> Floats:
 
 
 def commands(
-    plan: WalkerPlan, genomes: Genomes, genes: tuple[GeneGroup, ...], encoding: str, frames: int
+    plans: Sequence[WalkerPlan],
+    genomes: Genomes,
+    genes: tuple[GeneGroup, ...],
+    encoding: str,
+    frames: int,
 ) -> Floats:
     """Return the commands to the servos, (population, frames, joints) rad, within the limits.
 
     A leg swings about its hip by lean + swing · sin(2πft + φ), and its knee bends by crouch +
-    bend · sin(2πft + φ + lag). The hip compensates for half of the knee's bend, so that bending
-    lifts the foot without moving it forward or back.
+    bend · sin(2πft + φ + lag). The hip compensates for half of the knee's bend, or another share
+    if thigh and shank differ, so that bending lifts the foot without moving it forward or back.
 
     `sine` moves at full amplitude from the start. `cpg` starts from a standing pose with the
     phases of a trot; its oscillators are coupled to a leading one.
     """
+    plan = plans[0]  # the others differ in lengths alone
     swing, lean, bend, crouch, phase, lag, frequency = split_genomes(genomes, genes)
     oscillators = Oscillators(np.repeat(np.arange(len(plan.legs)), 2), frames, FRAME_RATE)
     amplitude, lags = _by_joint(swing, bend), _by_joint(np.zeros_like(lag), lag)
@@ -118,7 +130,8 @@ def commands(
         angles = oscillators.sine(amplitude, phase, lags, frequency[:, 0])
     angles += _by_joint(lean, crouch)[:, :, None]
     knees = np.array([float(leg.knee) for leg in plan.legs])
-    angles[:, 0::2] += knees[:, None] * angles[:, 1::2] / 2
+    shares = np.array([one.compensation for one in plans])
+    angles[:, 0::2] += knees[:, None] * angles[:, 1::2] * shares[:, None, None]
     return np.clip(angles.swapaxes(1, 2), -plan.limits, plan.limits)
 
 
@@ -137,6 +150,38 @@ def _trot(legs: int) -> Floats:
 
 REACH = 5.0  # m/s; uneven ground is long enough for walkers of at most this speed
 XYZ = ("x", "y", "z")
+CHANNELS: Mapping[str, Channel] = {
+    "joint_angles": Channel(
+        ("frames", "joints"), "rad", "commands to the servos, relative to the stance at rest"
+    ),
+    "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
+    "torque": Channel(
+        ("frames", "joints"), "N m", "magnitude of the mean torque since the previous frame"
+    ),
+    "stall_torque": Channel(("joints",), "N m", "largest torque of the servos"),
+    "torso": Channel(("frames", XYZ), "m", "middle of the torso; y is 0, z is up"),
+    "torso_velocity": Channel(("frames", XYZ), "m/s", "velocity of the torso's middle"),
+    "pitch": Channel(("frames",), "rad", "pitch of the torso, positive nose up"),
+    "orientation": Channel(
+        ("frames", ("roll", "pitch", "yaw")),
+        "rad",
+        "roll to the right, pitch nose down, yaw to the left",
+    ),
+    "height": Channel(("frames",), "m", "height of the torso's middle above the ground"),
+    "foot_positions": Channel(
+        ("frames", "feet", XYZ), "m", "middles of the round feet in the world"
+    ),
+    "stance": Channel(("frames", "feet"), "", "whether the foot is on the ground"),
+    "load": Channel(("frames", "feet", ("x", "z")), "N", "force of the ground on each foot"),
+    "slip": Channel(("frames",), "m", "mean slide of the stance feet since the previous frame"),
+    "energy": Channel(
+        ("frames",), "J", "work of the servos since the start; braking counts as positive"
+    ),
+    STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
+    "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
+    "weight": Channel((), "N", "weight of the whole body"),
+    "length": Channel((), "m", "length of the torso"),
+}
 
 
 class Walker(Organism):
@@ -172,52 +217,34 @@ class Walker(Organism):
     gravity: float = option(9.81, "acceleration of gravity", unit="m/s²", ge=0, le=100)
     damage: tuple[str, ...] = option((), DAMAGE_HELP)
     world: dict[str, float] = option({}, WORLD_HELP)
+    dimensions: dict[str, float] = option({}, DIMENSIONS_HELP)
+    evolve: tuple[str, ...] = option((), EVOLVE_HELP)
+    ranges: dict[str, tuple[float, float]] = option({}, RANGES_HELP)
 
     dynamic: ClassVar[bool] = True
-    channels: ClassVar[Mapping[str, Channel]] = {
-        "joint_angles": Channel(
-            ("frames", "joints"), "rad", "commands to the servos, relative to the stance at rest"
-        ),
-        "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
-        "torque": Channel(
-            ("frames", "joints"), "N m", "magnitude of the mean torque since the previous frame"
-        ),
-        "stall_torque": Channel(("joints",), "N m", "largest torque of the servos"),
-        "torso": Channel(("frames", XYZ), "m", "middle of the torso; y is 0, z is up"),
-        "torso_velocity": Channel(("frames", XYZ), "m/s", "velocity of the torso's middle"),
-        "pitch": Channel(("frames",), "rad", "pitch of the torso, positive nose up"),
-        "orientation": Channel(
-            ("frames", ("roll", "pitch", "yaw")),
-            "rad",
-            "roll to the right, pitch nose down, yaw to the left",
-        ),
-        "height": Channel(("frames",), "m", "height of the torso's middle above the ground"),
-        "foot_positions": Channel(
-            ("frames", "feet", XYZ), "m", "middles of the round feet in the world"
-        ),
-        "stance": Channel(("frames", "feet"), "", "whether the foot is on the ground"),
-        "load": Channel(("frames", "feet", ("x", "z")), "N", "force of the ground on each foot"),
-        "slip": Channel(("frames",), "m", "mean slide of the stance feet since the previous frame"),
-        "energy": Channel(
-            ("frames",), "J", "work of the servos since the start; braking counts as positive"
-        ),
-        STRIDE_FREQUENCY: STRIDE_FREQUENCY_CHANNEL,
-        "lasted": Channel((), "s", "time until the fall, or the length of the rollout"),
-        "weight": Channel((), "N", "weight of the whole body"),
-        "length": Channel((), "m", "length of the torso"),
-    }
+    channels: ClassVar[Any] = EvolvingChannels(CHANNELS)
 
     @model_validator(mode="after")
     def _check(self) -> Self:
         check_time_step(self.dt, FRAME_RATE)
         check_world(self.world, self.conditions())
+        check_dimensions(DIMENSIONS, self.dimensions, self.evolve, self.ranges)
         _ = self._damage
         return self
 
     @property
     def plan(self) -> WalkerPlan:
-        """Build of the body: its parts and their sizes."""
-        return PLANS[self.legs]
+        """Build of the body: its parts and their sizes, without evolved dimensions."""
+        return plan_of(self.legs, **self.dimensions)
+
+    def _plans(self, factors: Array) -> list[WalkerPlan]:
+        """Return the build of each individual for evolved factors, (population, dimensions)."""
+        own = [dict(zip(self.evolve, row, strict=True)) for row in factors.tolist()]
+        return [plan_of(self.legs, **self.dimensions, **one) for one in own]
+
+    def design_space(self) -> Mapping[str, Dimension]:
+        """Return the lengths of thighs, shanks and trunk."""
+        return DIMENSIONS
 
     @property
     def _damage(self) -> Impairment:
@@ -231,15 +258,19 @@ class Walker(Organism):
     def genome_space(self) -> RealSpace:
         """Return six genes per leg and the frequency.
 
-        That makes 13 or 25 genes, or 7 or 13 in an alternating gait.
+        That makes 13 or 25 genes, or 7 or 13 in an alternating gait. The factors of dimensions that
+        evolve come last.
         """
-        return genome_space(self._gene_groups)
+        genes = dimension_genes(DIMENSIONS, self.evolve, self.ranges)
+        return genome_space((*self._gene_groups, *genes))
 
     def starts(self) -> Mapping[str, Array]:
         """Return a trot made by hand on four legs; no gait made by hand stays up on two."""
         if self.legs == 2:
             return {}
-        return {"trot": trot(self.plan, self.symmetry == "alternating", self.fastest_stride)}
+        start = trot(self.plan, self.symmetry == "alternating", self.fastest_stride)
+        whole = np.append(start, np.ones(len(self.evolve)))
+        return {"trot": self.genome_space().repair(whole[None])[0]}
 
     @property
     def _gene_groups(self) -> tuple[GeneGroup, ...]:
@@ -247,9 +278,11 @@ class Walker(Organism):
 
     def move(self, genomes: Genomes) -> Motion:
         """Simulate one individual after the other, each in its own space."""
-        angles = commands(self.plan, genomes, self._gene_groups, self.encoding, self.frames)
-        *_, frequency = split_genomes(genomes, self._gene_groups)
-        return self._walk(angles, frequency[:, 0])
+        gait, factors = np.split(genomes, [genomes.shape[1] - len(self.evolve)], axis=1)
+        groups, plans = self._gene_groups, self._plans(factors)
+        angles = commands(plans, gait, groups, self.encoding, self.frames)
+        *_, frequency = split_genomes(gait, groups)
+        return self._walk(angles, frequency[:, 0], factors)
 
     def play(self, joint_angles: Array) -> Motion:
         """Walk with the given servo commands, clipped to ±60° (hips) and ±50° (knees).
@@ -262,7 +295,8 @@ class Walker(Organism):
         check_joint_angles(joint_angles, len(self.plan.joints))
         limits = self.plan.limits
         angles = np.clip(joint_angles.astype(np.float64), -limits, limits)
-        return self._walk(angles, angles_frequency(angles, FRAME_RATE))
+        frequency, factors = angles_frequency(angles, FRAME_RATE), (len(angles), len(self.evolve))
+        return self._walk(angles, frequency, np.ones(factors))
 
     def physics_engine(self) -> str:
         """Return 'pymunk', which takes sines and cosines from the C library."""
@@ -317,12 +351,22 @@ class Walker(Organism):
             push=(pushed_in, math.copysign(world["push"], math.cos(direction))),
         )
 
-    def _walk(self, commands: Floats, frequency: Floats) -> Motion:
-        """Return the motion of walkers for commands, (population, frames, joints) rad."""
+    def _walk(self, commands: Floats, frequency: Floats, factors: Floats) -> Motion:
+        """Return the motion of walkers.
+
+        Args:
+            commands: commands to the servos, (population, frames, joints) rad.
+            frequency: stride frequency of the commands, (population,) Hz.
+            factors: factors of the dimensions that evolve, (population, dimensions).
+        """
         from gaitsim_walker.machine import walk
 
         surroundings = self.surroundings(commands.shape[1])
-        return walk(surroundings, surroundings.damage.restrict(commands), frequency)
+        restricted = surroundings.damage.restrict(commands)
+        motion = walk(surroundings, self._plans(factors), restricted, frequency)
+        if self.evolve:
+            motion.add("dimensions", factors.copy())
+        return motion
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return distance, duration, steadiness, effort, slip and steps."""
@@ -337,4 +381,7 @@ class Walker(Organism):
 
         Gravity points down: the walker's frame is rotated by the slope of the ground.
         """
+        if self.evolve:
+            own, _ = self.embody(motion["dimensions"][individual])
+            return own.skeleton(motion, individual)
         return skeleton(self.surroundings(motion["pitch"].shape[1]), motion, individual)

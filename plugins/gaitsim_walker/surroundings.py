@@ -107,7 +107,8 @@ class Surroundings:
     @property
     def weight(self) -> float:
         """Weight of the body, N."""
-        return self.mass * (self.plan.mass - self.damage.lost_mass) * self.gravity
+        lost = int(self.damage.lost.sum()) * self.plan.leg_mass
+        return self.mass * (self.plan.mass - lost) * self.gravity
 
     def pose(self, command: Floats) -> Floats:
         """Return the joint angles at the start, (joints,) rad, from the first command."""
