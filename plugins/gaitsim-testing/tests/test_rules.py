@@ -18,7 +18,11 @@ SOUND = {
 }
 HEAD = """
 import random, threading
-from gaitsim.contracts import Measure, Members, Reflex, Solid, check_world
+from gaitsim.contracts import (
+    Dimension, EvolvingChannels, Measure, Members, Reflex, Skeleton, Solid, check_dimensions,
+    check_world,
+)
+from gaitsim.encoding import GeneGroup, dimension_genes, genome_space
 from pydantic import PrivateAttr, model_validator
 calls = []
 """
@@ -91,6 +95,39 @@ def conditions(self):
     return {"wind": Condition("", 0.0, 0.0, 1.0, 0.0, 9.0, "")}
 """
 
+SIZES = """
+dimensions: dict[str, float] = option({}, "factors")
+evolve: tuple[str, ...] = option((), "genes")
+ranges: dict[str, tuple[float, float]] = option({}, "ranges")
+channels: ClassVar = EvolvingChannels(Body.channels)
+def design_space(self):
+    return {"thigh": Dimension("m", 0.2, "length"), "shank": Dimension("m", 0.1, "length")}
+@model_validator(mode="after")
+def check(self):
+    check_dimensions(self.design_space(), self.dimensions, self.evolve, self.ranges)
+    return self
+def genome_space(self):
+    groups = (GeneGroup("x", ("a", "b"), -1.0, 1.0),)
+    return genome_space(
+        (*groups, *dimension_genes(self.design_space(), self.evolve, self.ranges))
+    )
+def factors(self, genomes):
+    own = dict(zip(self.evolve, genomes[:, 2:].T))
+    same = np.ones(len(genomes))
+    return [own.get(n, same * self.dimensions.get(n, 1.0)) for n in ("thigh", "shank")]
+def move(self, genomes):
+    thigh, shank = self.factors(genomes)
+    motion = Motion(1.0, {"distance": genomes[:, 0] * (thigh + shank)})
+    if self.evolve:
+        motion.add("dimensions", genomes[:, 2:].copy())
+    return motion
+def skeleton(self, motion, individual):
+    if self.evolve:
+        return self.embody(motion["dimensions"][individual])[0].skeleton(motion, individual)
+    end = 0.2 * self.dimensions.get("thigh", 1.0)
+    return Skeleton(np.array([[[[0, 0, 0], [end, 0, 0]]]]), ("thigh",), 1.0)
+"""
+
 STEP = "def step(self, state, seen, inputs, interval):\n    "
 START = "def start(self, legs, weights):\n    return "
 
@@ -110,6 +147,55 @@ ERRORS = {
             "def move(self, genomes):\n"
             "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
             "a different motion",
+        ),
+        "dimensions without options": (
+            SIZES[SIZES.index("def design") : SIZES.index("@model")],
+            "no option 'dimensions'",
+        ),
+        "a dimension of nothing": (
+            SIZES.replace('"m", 0.1', '"m", 0.0'),
+            "the dimension shank is",
+        ),
+        "dimensions that are not validated": (
+            SIZES.replace("check_dimensions(self", "(self"),
+            "is accepted",
+        ),
+        "an unknown dimension without those that exist": (
+            SIZES.replace(
+                "    check_dimensions(",
+                "    if {'no-thigh'} & {*self.dimensions}:\n"
+                "        raise ValueError('unknown')\n    check_dimensions(",
+            ),
+            "the error for an unknown dimension",
+        ),
+        "a factor of 1 that moves": (
+            SIZES.replace("(thigh + shank)", "(thigh + shank + len(self.dimensions))"),
+            "differs with a factor of 1",
+        ),
+        "no genes of dimensions": (
+            SIZES.replace("(*groups, *dimension_genes", "(*groups, *0 * dimension_genes"),
+            "one more gene for each",
+        ),
+        "no channel of dimensions": (
+            SIZES.replace("if self.evolve:\n        motion", "if False:\n        motion"),
+            "without the channel 'dimensions'",
+        ),
+        "dimensions of the first individual": (
+            SIZES.replace("(thigh + shank)", "(thigh[0] + shank[0])"),
+            "in another chunk",
+        ),
+        "a body of its own that moves differently": (
+            SIZES + "def embody(self, genome):\n"
+            "    return self.model_copy(update={'evolve': (), 'ranges': {}}), genome[:2]",
+            "the body from embody()",
+        ),
+        "one skeleton for all": (
+            SIZES.replace('self.dimensions.get("thigh", 1.0)', "1.0"),
+            "skeletons of the same lengths",
+        ),
+        "a skeleton of another": (
+            SIZES.replace('motion["dimensions"][individual])', 'motion["dimensions"][0])'),
+            "a drawing with the individual's own dimensions",
         ),
         "genes that go with a leg": (
             LEGS + "def genome_space(self):\n"
@@ -409,6 +495,7 @@ CORRECT = {
         "    check_world(self.world, self.conditions())\n"
         "    return self",
     ),
+    ("organism", "A body with dimensions"): ("Body", SIZES),
     ("reflex", "A reflex whose state has the names of inputs"): (
         "Lean",
         "def start(self, legs, weights):\n"

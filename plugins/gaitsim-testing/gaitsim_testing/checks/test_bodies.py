@@ -46,6 +46,11 @@ LONG = 0.2  # a small batch must take this long to estimate the time of a popula
 SLOW = 0.5  # time per further individual, s; 300 generations of 100 individuals take 4 hours
 WHOLE, SPLIT = (12,), (1, 4, 7)  # frames after each command, in one call and in several
 _REAL = "biuf"  # kinds of dtype that are real numbers
+_ROUNDING = 1e-4  # tolerance for motions with factors of 1, which may be single-precision
+_CHECK_DIMENSIONS = (
+    "call gaitsim.contracts.check_dimensions(self.design_space(), self.dimensions, self.evolve, "
+    "self.ranges) in a @model_validator(mode='after')"
+)
 _LENGTHS = 1e-3  # tolerance for the lengths of a rig's segments, relative to the longest one
 
 Set = Callable[..., Organism]
@@ -484,6 +489,142 @@ def test_worlds(body: Organism, genomes: Genomes, motion: Motion) -> None:
         name: one.low if one.low != one.nominal else one.high for name, one in conditions.items()
     }
     _check_same_shapes(body, with_world({**far, "seed": 1.0}), "in another world", genomes, motion)
+
+
+def test_dimensions(body: Organism, genomes: Genomes, motion: Motion) -> None:
+    """Dimensions have sensible ranges and validated options, and factors of 1 change nothing."""
+    space, options = body.design_space(), type(body).model_fields
+    if not space:
+        return
+    for name in ("dimensions", "evolve", "ranges"):
+        require(
+            name in options,
+            f"the body has dimensions, but no option {name!r}",
+            "the options dimensions, evolve and ranges",
+            "declare them as the docstring of design_space() shows",
+        )
+    for name, one in space.items():
+        require(
+            0 < one.least <= one.low < 1 < one.high <= one.most < math.inf
+            and 0 < one.nominal < math.inf,
+            f"the dimension {name} is {one!r}",
+            "least ≤ low < 1 < high ≤ most, all above 0 and finite, and a nominal value above 0",
+            "correct the dimension",
+        )
+    free = [name for name in space if name not in {*dict(body)["evolve"]}]
+    ones = dict.fromkeys(free, 1.0) | dict(body)["dimensions"]
+    again = _with_dimensions(body, dimensions=ones).move(genomes.copy())
+    for name, channel in body.channels.items():
+        pair = [np.asarray(one[name], np.float64) for one in (motion, again)]
+        if body.dynamic:  # rounding grows in a simulation
+            pair = [one[:, :1] for one in pair if channel.over_time]
+        require(
+            not pair or np.allclose(*pair, rtol=_ROUNDING, atol=_ROUNDING),
+            f"{name} differs with a factor of 1 for each dimension",
+            "the same motion up to rounding",
+            "multiply the nominal values by the factors",
+        )
+    name, one = next(iter(space.items()))
+    for key, wrong in (
+        ("dimensions", {f"no-{name}": 1.0}),
+        ("dimensions", {name: 2 * one.most}),
+        ("evolve", [f"no-{name}"]),
+        ("ranges", {f"no-{name}": (0.9, 1.1)}),
+        ("evolve", [name, name]),
+    ):
+        try:
+            _with_dimensions(body, **{key: wrong})
+        except (ValidationError, GaitsimError) as error:
+            told = f"{error} {getattr(error, 'allowed', '')}"
+            require(
+                wrong != {f"no-{name}": 1.0} or name in told.replace(f"no-{name}", ""),
+                f"the error for an unknown dimension is {told[:200]!r}",
+                "an error that lists the dimensions",
+                _CHECK_DIMENSIONS,
+            )
+            continue
+        require(
+            False,
+            f"{key} = {wrong!r} is accepted",
+            "an error for unknown dimensions, for those listed twice, and for factors outside "
+            f"{one.least:g} to {one.most:g} of {name!r}",
+            _CHECK_DIMENSIONS,
+        )
+
+
+def _with_dimensions(body: Organism, **options: Any) -> Organism:
+    return type(body).model_validate({**dict(body), **options})
+
+
+def test_evolving_dimensions(entry: Entry, body: Organism, space: GenomeSpace) -> None:
+    """Each individual moves and is drawn with its own dimensions, which are its last genes."""
+    dimensions = body.design_space()
+    options = dict(body)
+    if not dimensions or options.get("evolve") or options.get("dimensions"):
+        return
+    names = [*dimensions][:2]
+    evolving = _with_dimensions(body, evolve=names)
+    own_space = space_of(entry, evolving)
+    last = own_space.random(200, np.random.default_rng(4))[:, -len(names) :]
+    low, high = ([getattr(dimensions[name], end) for name in names] for end in ("low", "high"))
+    require(
+        own_space.genes == space.genes + len(names)
+        and (last >= low).all()
+        and (last <= high).all()
+        and (np.ptp(last, axis=0) > 0).all(),
+        f"a genome of {own_space.genes} genes with evolve = {names}, {space.genes} without",
+        f"one more gene for each of them at the end, a factor from {low} to {high}",
+        "append the groups of gaitsim.plugin.toolkit.dimension_genes(…)",
+    )
+    starts_of(entry, evolving, own_space)
+    genomes = own_space.random(3, np.random.default_rng(4))
+    genomes[:2, -len(names) :] = low, high
+    genomes = own_space.repair(genomes)
+    motion = evolving.move(genomes.copy())
+    require(
+        "dimensions" in motion and np.array_equal(motion["dimensions"], genomes[:, -len(names) :]),
+        "a motion without the channel 'dimensions', or with other factors than the genes",
+        "the factors of the dimensions that evolve, (population, dimensions)",
+        "motion.add('dimensions', …), and channels = EvolvingChannels(…)",
+    )
+    part = select_rows(evolving.move(genomes[1:].copy()), range(2))
+    name = first_difference(select_rows(motion, [1, 2]), part)
+    require(
+        not name,
+        f"{name} differs when individuals with their own dimensions move in another chunk",
+        "each individual's motion depends only on its own genome, bit for bit",
+        "use the dimensions of each individual, not those of the whole population",
+    )
+    lengths = []
+    for index in range(len(genomes)):
+        if index in motion.failures:
+            continue
+        own, genes = evolving.embody(genomes[index].copy())
+        moved = own.move(genes[None].copy())
+        alone, among = select_rows(moved, [0]), select_rows(motion, [index])
+        del among["dimensions"]
+        name = first_difference(alone, among)
+        require(
+            not name and own.genome_space().genes == len(genes) == space.genes,
+            f"{name or 'the genome'} of the body from embody() differs from the individual's",
+            "a body with the individual's dimensions, which moves exactly like it",
+            "embody() sets the option 'dimensions' and returns the rest of the genes",
+        )
+        drawn, shown = evolving.skeleton(motion, index), own.skeleton(moved, 0)
+        require(
+            same(drawn, shown),
+            "the skeleton of an individual differs from that of the body from embody()",
+            "a drawing with the individual's own dimensions",
+            "in skeleton(), draw self.embody(motion['dimensions'][individual])[0]",
+        )
+        ends = np.diff(np.asarray(drawn.segments[0], np.float64), axis=1)[:, 0]
+        lengths.append(np.linalg.norm(ends, axis=-1))
+    require(
+        len(lengths) < 2 or not np.allclose(lengths[0], lengths[1], rtol=_LENGTHS),
+        f"skeletons of the same lengths for individuals that differ in {', '.join(names)}",
+        "segments with the lengths of each individual",
+        "draw the segments from the dimensions",
+    )
 
 
 def test_speed(body: Organism, space: GenomeSpace, record_property: Callable[..., None]) -> None:
