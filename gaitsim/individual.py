@@ -1,7 +1,7 @@
 """Individuals: genomes with their scores, and the motion of their bodies."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Self
@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Motion, RealSpace, Skeleton
+from gaitsim.contracts import Motion, Organism, RealSpace, Skeleton
 from gaitsim.evaluation.scoring import Evaluation, evaluate, evaluate_motion
 from gaitsim.evaluation.worlds import World, describe
 from gaitsim.evolution import Generation
@@ -146,6 +146,38 @@ class Individual(ReprMixin):
     def name(self) -> str:
         """The name of the run's folder, or of the experiment if nothing is recorded."""
         return self.source.resolve().name if self.source else self.experiment.name
+
+    @cached_property
+    def embodied(self) -> "Individual":
+        """The individual on a body with its own dimensions, whose genome has no genes of them.
+
+        It is the individual itself if its dimensions are not genes; see `Organism.embody`.
+
+        Raises:
+            PluginError: the body fails.
+        """
+        if self.genome is None:
+            return self
+        with plugin_errors(self.experiment.entries["organism"], "building the champion's body"):
+            body, genes = self.experiment.organism.embody(self.genome.copy())
+        if body is self.experiment.organism:
+            return self
+        return replace(self, experiment=replace(self.experiment, organism=body), genome=genes)
+
+    @property
+    def body(self) -> Organism:
+        """The body of the individual, with its own dimensions."""
+        return self.embodied.experiment.organism
+
+    @property
+    def dimensions(self) -> str:
+        """The changed dimensions of the body, such as 'femur × 1.12 = 0.0896 m'; '' for none."""
+        factors = getattr(self.body, "dimensions", {})
+        space = self.body.design_space() if factors else {}
+        return ", ".join(
+            f"{name} × {factor:.3g} = {factor * space[name].nominal:.3g} {space[name].unit}"
+            for name, factor in factors.items()
+        )
 
     @cached_property
     def motion(self) -> Motion:

@@ -230,8 +230,9 @@ def individual_subject(
     """
     own = Individual(load(None), math.nan, {}, genome=genome)
     if offered_commands(own.experiment) or not has_rhythm_on_twin(own):
-        experiment = load(overrides)
-        return experiment, individual_controllers(experiment, genome, reference), ""
+        own = replace(own, experiment=load(overrides)).embodied
+        assert own.genome is not None, "the given one"
+        return own.experiment, individual_controllers(own.experiment, own.genome, reference), ""
     twin, about = rhythm_on_twin(replace(own, source=Path(reference)))
     experiment = with_overrides(twin.experiment, overrides) if overrides else twin.experiment
     assert twin.genome is not None, "the fitted one"

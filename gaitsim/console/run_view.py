@@ -60,6 +60,8 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
         f"Champion of generation {champion.generation}, score {number(champion.score, 4)}"
         f"{champion.over_worlds}{'; in its own world' if champion.worlds else ''}:"
     )
+    if dimensions := champion.dimensions:
+        console.print(f"dimensions: {dimensions}")
     measured = measured_of(champion)
     if measured.measures:
         rows = [

@@ -198,7 +198,14 @@ def play_on_twin(individual: Individual, damage: Sequence[str] | None = None) ->
         damage: damage to the twin; None for the damage of the individual's own body.
     """
     damage = individual.damage if damage is None else damage
-    return play_on(individual, twin_of(individual.experiment, damage, individual.world))
+    return play_on(individual, _own_twin(individual, damage))
+
+
+def _own_twin(individual: Individual, damage: Sequence[str]) -> Experiment:
+    """Return the twin of an individual's body, in the same world and with its dimensions."""
+    twin = twin_of(individual.experiment, damage, individual.world)
+    dimensions = getattr(individual.body, "dimensions", {})
+    return with_body(twin, {"organism.dimensions": dimensions}) if dimensions else twin
 
 
 FARTHEST = 5.0  # °, root mean square of the differences up to which a fitted gait is the same gait
@@ -228,7 +235,7 @@ def rhythm_on_twin(individual: Individual) -> tuple[Individual, str]:
             gait, as it is not periodic or far from any gait of the twin.
     """
     body = individual.experiment.entries["organism"].name
-    twin = twin_of(individual.experiment, individual.damage, individual.world)
+    twin = _own_twin(individual, individual.damage)
     gait, rate = _gait_file(individual), individual.motion.frame_rate
     angles = gait.in_order(tuple(twin.organism.joint_names()))
     frequency = _stride_frequency(individual, angles)

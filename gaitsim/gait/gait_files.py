@@ -53,7 +53,7 @@ class Gait:
 
 def gait_of(individual: Individual) -> Gait:
     """Return the gait of an individual."""
-    organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
+    organism, entry = individual.body, individual.experiment.entries["organism"]
     if "joint_angles" not in organism.channels:
         raise GaitsimError(
             f"{entry} has no joint angles",

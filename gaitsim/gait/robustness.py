@@ -12,7 +12,7 @@ from gaitsim.contracts import BitSpace, RealSpace
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.evaluation.scoring import evaluate, evaluate_motion
-from gaitsim.experiment import OWN_WORLD, Experiment, with_overrides
+from gaitsim.experiment import OWN_WORLD, with_overrides
 from gaitsim.gait.score_breakdown import term_changes
 from gaitsim.individual import Individual
 from gaitsim.legged import delay_angles
@@ -177,7 +177,7 @@ def _perturb_all_joints(individual: Individual) -> dict[str, float]:
     pairs = None if body.dynamic else mirrored_joints(body.joint_names())
     if pairs is not None:
         played["mirrored"] = angles[None, :, pairs]
-    return _scores(individual.experiment, played)
+    return _scores(individual, played)
 
 
 def _perturb_single_joints(individual: Individual) -> dict[str, float]:
@@ -188,7 +188,7 @@ def _perturb_single_joints(individual: Individual) -> dict[str, float]:
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
     noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
     return _scores(
-        individual.experiment,
+        individual,
         {
             f"servos with a lag of {_frames(LONG_LAG)}": apply_lag(angles, LONG_LAG)[None],
             f"each joint 0 or {_frames(JOINT_DELAY)} late": np.stack(late),
@@ -211,8 +211,9 @@ def _frames(count: int) -> str:
     return "1 frame" if count == 1 else f"{count} frames"
 
 
-def _scores(experiment: Experiment, played: Mapping[str, Angles]) -> dict[str, float]:
-    """Return the mean score of joint angles, (draws, frames, joints), by name."""
+def _scores(individual: Individual, played: Mapping[str, Angles]) -> dict[str, float]:
+    """Return the mean score of joint angles on a body, (draws, frames, joints), by name."""
+    experiment = individual.embodied.experiment
     return {
         name: float(evaluate_motion(experiment, play(experiment, draws), len(draws)).scores.mean())
         for name, draws in played.items()

@@ -213,6 +213,12 @@ def read_prior(
     """
     members = atlas_members(run)
     experiment, genomes = run.experiment_at(run.generation), members.genomes
+    if Individual(experiment, 0.0, {}, genome=genomes[0]).body is not experiment.organism:
+        raise GaitsimError(
+            f"the gaits of the atlas {run.path} have bodies of their own, but one body adapts",
+            allowed="an atlas whose dimensions do not evolve",
+            remedy="set organism.dimensions instead of organism.evolve",
+        )
     unit = unit_of(experiment, genomes, measure)
 
     def evaluated(body: Experiment, name: str) -> Floats:

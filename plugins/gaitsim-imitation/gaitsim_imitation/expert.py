@@ -123,7 +123,7 @@ def expert_of(individual: Individual) -> Expert:
             where=str(individual.source),
             allowed="two or more frames, with finite angles",
         )
-    return Expert(gait, individual.experiment, individual, individual.source)
+    return Expert(gait, individual.embodied.experiment, individual, individual.source)
 
 
 def expert_of_file(file: GaitFile, body: str | None = None) -> Expert:

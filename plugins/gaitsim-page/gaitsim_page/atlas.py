@@ -74,7 +74,8 @@ def atlas_data(
             allowed="a run of a search that provides the cells of its archive",
         )
     best = run.individual(Member(view.best))
-    rig = rig_of(best)
+    # All gaits on the page share one rig.
+    rig = rig_of(best) if best.embodied is best else None
     low, below = colour_scale_low(members.scores)
     gaits = None
     if rig is not None:
@@ -106,7 +107,7 @@ def rig_of(individual: Individual) -> Rig | None:
     """Return the rig of an individual's body; None if the body has no rig."""
     entry = individual.experiment.entries["organism"]
     with plugin_errors(entry, "describing the body's links"):
-        rig: object = individual.experiment.organism.rig()
+        rig: object = individual.body.rig()
     if not (rig is None or isinstance(rig, Rig)):
         raise contract_error(entry, f"returned a {type(rig).__name__} from rig()", "a Rig or None")
     return rig

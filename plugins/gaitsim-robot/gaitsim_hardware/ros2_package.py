@@ -32,7 +32,7 @@ def export_package(individual: Individual, folder: Path) -> Exported:
     """Write a gait with its reflexes as a ROS 2 package to a folder, which has its name."""
     name = package_name(folder)
     individual, notices = with_rhythm(individual)
-    organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
+    organism, entry = individual.body, individual.experiment.entries["organism"]
     controller = controller_of(individual)
     with plugin_errors(entry, "writing its URDF"):
         text = organism.urdf()

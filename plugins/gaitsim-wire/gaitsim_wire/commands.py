@@ -229,7 +229,7 @@ class Drive(ChosenIndividual, WireOptions):
             return self.tape_of(gait_of(individual), self.speed or 1.0, repeat=True)
         if self.speed is not None:
             raise GaitsimError("--speed is for --tape", where="--speed", remedy="add --tape")
-        individual, notices = with_rhythm(individual)
+        individual, notices = with_rhythm(individual.embodied)
         for text in notices:
             notice(text)
         robot = robot_of(individual.experiment)

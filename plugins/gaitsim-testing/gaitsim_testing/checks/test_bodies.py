@@ -515,11 +515,12 @@ def test_dimensions(body: Organism, genomes: Genomes, motion: Motion) -> None:
     ones = dict.fromkeys(free, 1.0) | dict(body)["dimensions"]
     again = _with_dimensions(body, dimensions=ones).move(genomes.copy())
     for name, channel in body.channels.items():
-        pair = [np.asarray(one[name], np.float64) for one in (motion, again)]
-        if body.dynamic:  # rounding grows in a simulation
-            pair = [one[:, :1] for one in pair if channel.over_time]
+        if body.dynamic and not channel.over_time:
+            continue
+        frames = slice(1) if body.dynamic else ...  # rounding grows in a simulation
+        values, others = (np.asarray(each[name], np.float64)[:, frames] for each in (motion, again))
         require(
-            not pair or np.allclose(*pair, rtol=_ROUNDING, atol=_ROUNDING),
+            np.allclose(values, others, rtol=_ROUNDING, atol=_ROUNDING),
             f"{name} differs with a factor of 1 for each dimension",
             "the same motion up to rounding",
             "multiply the nominal values by the factors",
