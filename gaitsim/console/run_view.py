@@ -42,6 +42,7 @@ def to_dict(champion: Individual) -> dict[str, Any]:
         "generation": champion.generation,
         "score": champion.score,
         "terms": dict(champion.terms),
+        "dimensions": dict(getattr(champion.body, "dimensions", {})),
         "measures": {name: one.value for name, one in measures.items()},
         "units": {name: one.unit for name, one in measures.items()},
     }

@@ -1,5 +1,6 @@
 """The spider's dimensions: lengths of segments and places of hips, as options and as genes."""
 
+import json
 from itertools import pairwise
 
 import numpy as np
@@ -8,6 +9,12 @@ from hypothesis import given, settings, strategies as st
 from pydantic import ValidationError
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import load_experiment
+from gaitsim.gait import play_on_twin
+from gaitsim.gait.robustness import measure_robustness
+from gaitsim.individual import Individual
+from gaitsim.steering import individual_subject
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_spider import body
 from gaitsim_spider.organism import Spider
 
@@ -167,3 +174,47 @@ def test_invalid_dimensions_are_refused(options, message):
     with pytest.raises((GaitsimError, ValidationError)) as error:
         Spider(**options)
     assert message in str(getattr(error.value, "allowed", "")) + str(error.value)
+
+
+@pytest.fixture(scope="module")
+def individual():
+    experiment = load_experiment("spider", {"organism.evolve": ["femur", "tibia"]})
+    [start] = experiment.starts().values()
+    start = np.array([*start[:-2], 1.2, 0.9])
+    return Individual(experiment, 0.0, {}, 1, start)
+
+
+def test_an_individual_knows_its_own_body(individual):
+    assert individual.dimensions == "femur × 1.2 = 0.096 m, tibia × 0.9 = 0.108 m"
+    own = individual.embodied
+    assert (own.body, own.embodied) == (individual.body, own)
+    assert len(own.genome) == len(individual.genome) - 2
+    np.testing.assert_array_equal(own.motion["pose"], individual.motion["pose"])
+    lengths = [link.origin[0] for link in individual.body.rig().links[2:4]]
+    assert lengths == pytest.approx([0.03, 0.096])
+
+
+def test_its_twin_in_physics_has_its_dimensions(individual):
+    twin = play_on_twin(individual)
+    assert twin.experiment.organism.dimensions == {"femur": 1.2, "tibia": 0.9}
+    ends = twin.skeleton.segments[0, twin.skeleton.names.index("L1 femur")]
+    assert np.linalg.norm(ends[1] - ends[0]) == pytest.approx(0.096, rel=1e-3)
+    steered, _, _ = individual_subject(lambda _: individual.experiment, individual.genome, "it")
+    assert steered.organism.dimensions == twin.experiment.organism.dimensions
+
+
+def test_joint_angles_are_perturbed_on_its_own_body(individual):
+    results = measure_robustness(individual, {})
+    scores = {one.name: one.score for one in results.perturbations}
+    assert scores["played again"] == pytest.approx(results.score)
+
+
+def test_a_run_shows_the_dimensions_of_its_champion(gaitsim, tmp_path):
+    options = "--generations", "1", "--population", "4", "--out", "run"
+    gaitsim("run", "spider", "--set", "organism.evolve=['tibia']", *options)
+    factor = RunSnapshot(tmp_path / "run").individual().genome[-1]
+    expected = f"tibia × {factor:.3g} = {0.12 * factor:.3g} m"
+    assert f"dimensions: {expected}" in gaitsim("show", "run").stdout
+    assert f"Dimensions: {expected}" in gaitsim("analyse", "run").stdout
+    champion = json.loads(gaitsim("show", "run", "--json").stdout)["champion"]
+    assert champion["dimensions"] == {"tibia": factor}

@@ -51,6 +51,13 @@ def test_trials_measure_the_damaged_body_and_the_output_ends_with_commands(adapt
     gaitsim("export", "atlas", "--member", best["member"])
 
 
+def test_bodies_of_their_own_cannot_adapt(gaitsim):
+    options = "--generations", "1", "--population", "20", "--out", "own"
+    gaitsim("run", "spider-atlas", "--set", "organism.evolve=['femur']", *options)
+    refused = gaitsim("adapt", "own", "--damage", "L2 lost", code=2)
+    assert "one body adapts" in refused.stderr
+
+
 def test_the_same_command_continues_and_never_repeats_a_trial(adapt, atlas):
     given = (*LOST, "--stop", "1.5", "--json")
     whole = objects(adapt(*given, "--trials", "6"))

@@ -52,7 +52,9 @@ def write_atlas(
     )
     write_bytes(path, page)
     gaits = data["gaits"]
-    how = "no joint angles" if gaits is None else f"joint angles within {gaits['error']:.2g} rad"
+    how = "no motions, which need joint angles and one rig for all"
+    if gaits is not None:
+        how = f"joint angles within {gaits['error']:.2g} rad"
     gaits_of = f"{data['count']:,} gait{'s' * (data['count'] != 1)}"
     return f"{gaits_of}, {how}, {len(page) / 1e6:.2f} MB, for any browser"
 

@@ -11,6 +11,7 @@ from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
+from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim_page.atlas import atlas_data, write_atlas
 from gaitsim_page.gaits import MAX_WAVE_ERROR, SETTLED, gaits_data, stride_of
 from gaitsim_page.packing import unpack
@@ -99,7 +100,13 @@ def test_a_map_without_joint_angles_has_all_cells(puppet_run, tmp_path, cells):
         places = tuple(unpack(axis["places"])[0].astype(int) for axis in data["axes"])
         assert (panel.members[places] == np.arange(1, len(members.scores) + 1)).all()
     summary = write_atlas(run, tmp_path / "atlas.html")
-    assert "no joint angles" in summary
+    assert "no motions" in summary
+
+
+def test_gaits_with_bodies_of_their_own_share_no_rig(gaitsim, tmp_path):
+    options = "--generations", "1", "--population", "20", "--out", "run"
+    gaitsim("run", "spider-atlas", "--set", "organism.evolve=['femur']", *options)
+    assert atlas_data(RunSnapshot(tmp_path / "run"))["gaits"] is None
 
 
 def test_a_search_without_an_archive_is_rejected(puppet_run):
