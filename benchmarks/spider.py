@@ -44,6 +44,7 @@ GENERATIONS, SAMPLE = 1000, 150
 # at the machine's peak speed.
 COMPILING, RUN, QUICK_RUN, WORKERS, SLOWER, BOUND = 4.0, 1.25, 1.8, 0.95, 1.05, 2.5
 RECURRENCE_BOUND = 4.0
+DESIGNS = 1.1  # evaluation of spiders with bodies of their own, compared with one body
 
 # float32 operations per spider, counted in the kernels' source. Additions, multiplications,
 # divisions, roots, comparisons and sign changes count as one, sines and cosines as the operations
@@ -176,6 +177,12 @@ def print_default(speed: float, gain: float) -> None:
     print_figure("evaluating a generation", milliseconds(whole), rate)
     print_figure("- the same with one worker", milliseconds(alone))
     print_budget("- compared with all cores", alone / whole, WORKERS * gain, times, least=True)
+    evolving = load_experiment("spider-genetic", {"organism.evolve": ["femur", "tibia"]})
+    own = np.hstack([genomes, np.linspace((0.7, 1.3), (1.3, 0.7), len(genomes))])
+    fixed, designs = medians(
+        lambda: evaluate(experiment, genomes), lambda: evaluate(evolving, own), repeats=20
+    )
+    print_budget("- with two dimensions that evolve", designs / fixed, DESIGNS, times)
     print_lower_bound(DEFAULT * len(genomes), speed, whole, BOUND)
     with Evaluator(experiment) as all_cores:
         print_run(experiment, all_cores, RUN)

@@ -30,11 +30,11 @@ def test_each_preset_comes_back_from_its_toml(name):
 def test_every_option_is_written_with_its_meaning():
     experiment = load_experiment("spider-genetic")
     text = experiment.to_toml()
-    for model in (experiment.evolution, *(experiment.plugin(kind) for kind in KINDS)):
+    models = {"evolution": experiment.evolution} | {k: experiment.plugin(k) for k in KINDS}
+    for section, model in models.items():
+        lines = text.split(f"\n[{section}]\n")[1].split("\n[")[0].splitlines()
         for name, field in type(model).model_fields.items():
-            (line,) = (
-                line for line in text.splitlines() if line.startswith((f"{name} ", f"# {name} "))
-            )
+            (line,) = (line for line in lines if line.startswith((f"{name} ", f"# {name} ")))
             assert " ".join(field.description.split()) in line
     assert tomllib.loads(text)["schema"] == SCHEMA
     meaning = "number of individuals in each generation, on each island"
