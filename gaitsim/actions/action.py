@@ -213,7 +213,7 @@ class OneIndividual(ChosenIndividual):
             for name in ("generation", "member", "generations"):
                 if getattr(self, name, None):
                     raise not_combinable(f"--{name}", "--gait")
-            individual = play_gait(read_gait(self.gait), individual.experiment)
+            individual = play_gait(read_gait(self.gait), individual.embodied.experiment)
         if not (self.damage or self.world or self.engine):
             return individual
         from gaitsim.evaluation.worlds import parse_world

@@ -218,3 +218,6 @@ def test_a_run_shows_the_dimensions_of_its_champion(gaitsim, tmp_path):
     assert f"Dimensions: {expected}" in gaitsim("analyse", "run").stdout
     champion = json.loads(gaitsim("show", "run", "--json").stdout)["champion"]
     assert champion["dimensions"] == {"tibia": factor}
+    gaitsim("export", "run", "--format", "npz", "--out", "gait.npz")
+    played = json.loads(gaitsim("analyse", "run", "--gait", "gait.npz", "--json").stdout)
+    assert played["score"] == json.loads(gaitsim("analyse", "run", "--json").stdout)["score"]
