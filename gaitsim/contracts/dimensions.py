@@ -109,9 +109,8 @@ def dimension_measures(names: Sequence[str], motion: Motion) -> dict[str, Measur
         names: names of the dimensions.
         motion: motion with the channel `dimensions`, (population, dimensions).
     """
-    help = "factor of the dimension"
     return {
-        f"{name} factor": Measure(motion["dimensions"][:, index], "", f"{help} {name}")
+        f"{name} factor": Measure(motion["dimensions"][:, index], "", f"factor of {name}")
         for index, name in enumerate(names)
     }
 

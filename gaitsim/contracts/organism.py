@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -218,7 +218,7 @@ class Organism(Plugin):
         """
         return {}
 
-    def embody(self, genome: Genomes) -> "tuple[Organism, Genomes]":
+    def embody(self, genome: Genomes) -> tuple[Self, Genomes]:
         """Return the body of an individual, with its own dimensions, and the rest of its genes.
 
         The returned body has no genes of dimensions, and moves exactly like the individual. In the

@@ -34,8 +34,7 @@ def drawing_figure(individual: Individual, theme: Theme) -> "Figure":
             f"{individual.experiment.entries['organism']} has no dimensions",
             where=str(individual.source),
         )
-    genome = individual.genome
-    body = organism if genome is None else organism.embody(genome)[0]
+    body = individual.body
     plain: dict[str, Any] = {"dimensions": {}, "evolve": (), "ranges": {}}
     before, after = (_standing(one) for one in (organism.model_copy(update=plain), body))
     factors: dict[str, float] = getattr(body, "dimensions", {})

@@ -29,6 +29,7 @@ from gaitsim.plugin import (
     Skeleton,
     check_dimensions,
     check_world,
+    dimension_measures,
     option,
     product,
     rotated,
@@ -329,6 +330,7 @@ class Spider(Organism):
             return ratio
 
         return {
+            **dimension_measures(self.evolve, motion),
             "forward": Measure(forward, "m", "distance in 10 s along the initial heading"),
             "body lengths": Measure(forward / body.BODY_LENGTH, "", "distance in body lengths"),
             "lateral": Measure(pose[:, -1, 1], "m", "displacement to the left"),

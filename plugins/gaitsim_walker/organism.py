@@ -28,6 +28,7 @@ from gaitsim.plugin import (
     Skeleton,
     check_dimensions,
     check_world,
+    dimension_measures,
     option,
 )
 from gaitsim.plugin.toolkit import (
@@ -370,7 +371,7 @@ class Walker(Organism):
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return distance, duration, steadiness, effort, slip and steps."""
-        return measures(motion, self.plan)
+        return {**measures(motion, self.plan), **dimension_measures(self.evolve, motion)}
 
     def rig(self) -> Rig:
         """Return the torso, and thigh and shank of each leg, in the plane y = 0."""

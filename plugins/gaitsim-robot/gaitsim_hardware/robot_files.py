@@ -19,7 +19,7 @@ def check_robot(individual: Individual, format: str) -> str:
     Raises:
         GaitsimError: the body has no such description.
     """
-    entry, body = individual.experiment.entries["organism"], _body(individual)
+    entry, body = individual.experiment.entries["organism"], individual.body
     with plugin_errors(entry, f"writing its {format.upper()}"):
         text = body.mjcf() if format == "mjcf" else body.urdf()
     if not text:
@@ -34,7 +34,7 @@ def check_robot(individual: Individual, format: str) -> str:
 
 def export_robot(individual: Individual, format: str, path: Path) -> Exported:
     """Write the body of an individual; the meshes of a URDF stand in a folder beside it."""
-    text, body, meshes = check_robot(individual, format), _body(individual), {}
+    text, body, meshes = check_robot(individual, format), individual.body, {}
     notices: tuple[str, ...] = ()
     if isinstance(body, Robot):
         model = compile_model(body.text)
@@ -65,8 +65,3 @@ def _notices(body: Robot, format: str) -> tuple[str, ...]:
         "URDF states neither the standing pose nor the gains of servos; play it with "
         f"--set organism.servo={body.servo} --set 'organism.stance={{{stance}}}'",
     )
-
-
-def _body(individual: Individual) -> Robot:
-    body, genome = individual.experiment.organism, individual.genome
-    return body if genome is None else body.embody(genome)[0]  # type: ignore[return-value]

@@ -38,7 +38,6 @@ from gaitsim.plugin import (
     check_dimensions,
     check_world,
     dimension_measures,
-    factor_bounds,
     folder_of,
     load_engine,
     load_reflexes,
@@ -57,6 +56,7 @@ from gaitsim.plugin.toolkit import (
     check_joint_angles,
     check_sensors,
     check_time_step,
+    dimension_genes,
     genome_space,
     parse_damage,
 )
@@ -608,20 +608,7 @@ class Robot(Organism):
     def _dimension_genes(self) -> tuple[GeneGroup, ...]:
         """The genes of the dimensions that evolve, factors, the last ones of a genome."""
         names = self._evolving[0]
-        if not names:
-            return ()
-        lower, upper = factor_bounds(self.design_space(), names, self.ranges)
-        return (GeneGroup("dimension", names, lower, upper),)
-
-    def embody(self, genome: Genomes) -> "tuple[Robot, Genomes]":
-        """Return the robot with the dimensions of an individual, and the rest of its genes."""
-        names, options = self._evolving
-        if not names:
-            return self, genome
-        genes = len(genome) - len(names)
-        factors = dict(zip(names, genome[genes:].tolist(), strict=True))
-        own = {"dimensions": {**self.dimensions, **factors}, "evolve": options, "ranges": {}}
-        return self.model_copy(update=own), genome[:genes]
+        return dimension_genes(self.design_space(), names, self.ranges) if names else ()
 
     @property
     def feels(self) -> bool:
@@ -756,7 +743,7 @@ class Robot(Organism):
         genes = np.split(genomes, [self._encoding.genes, genomes.shape[1] - len(names)], axis=1)
         return plain, np.concatenate([genes[0], genes[2]], axis=1)
 
-    def calibrated(self, genome: Genomes) -> "Robot":
+    def calibrated(self, genome: Genomes) -> Self:
         """Return the robot with the `command_gains` of a gait, measured in its nominal world.
 
         It has the dimensions of the individual.
@@ -785,7 +772,10 @@ class Robot(Organism):
         check_joint_angles(joint_angles, len(self.anatomy.joints))
         lower, upper = np.array(joint_ranges(self._original_text, self._original)).T
         angles = np.clip(joint_angles.astype(np.float64), lower, upper)
-        return self._walk(angles, angles_frequency(angles, FRAME_RATE))
+        motion = self._walk(angles, angles_frequency(angles, FRAME_RATE))
+        if names := self._evolving[0]:
+            motion.add("dimensions", np.ones((len(angles), len(names))))
+        return motion
 
     def physics_engine(self) -> str:
         """Return 'mujoco', or the library of another engine."""
