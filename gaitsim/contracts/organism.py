@@ -290,6 +290,10 @@ class Organism(Plugin):
         """Return the names of the joints of `joint_angles`; () for a body without this channel."""
         return ()
 
+    def sliding_joints(self) -> tuple[str, ...]:
+        """Return the joints whose values in `joint_angles` are metres of a slide; () by default."""
+        return ()
+
     def standing_pose(self) -> Array:
         """Return the joint angles in which the body stands at rest, (joints,) rad.
 

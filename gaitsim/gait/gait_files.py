@@ -30,12 +30,13 @@ class Gait:
     """Joint angles over time.
 
     Attributes:
-        angles: joint angles, (frames, joints) float64, radians.
+        angles: joint angles, (frames, joints) float64, radians, or metres of joints that slide.
         joint_names: name of each joint.
         frame_rate: frames per second, Hz.
         generation: generation of the individual; 0 if it has none.
         score: score of the individual.
         rest: joint angles of the standing pose, (joints,) rad; None for zeros.
+        slides: names of the joints that slide.
     """
 
     angles: NDArray[np.float64]
@@ -44,6 +45,12 @@ class Gait:
     generation: int
     score: float
     rest: NDArray[np.float64] | None = None
+    slides: tuple[str, ...] = ()
+
+    @property
+    def units(self) -> str:
+        """The units of the angles, such as 'radians; metres of FL_slide'."""
+        return "radians" + f"; metres of {', '.join(self.slides)}" * bool(self.slides)
 
     @property
     def standing(self) -> NDArray[np.float64]:
@@ -66,6 +73,7 @@ def gait_of(individual: Individual) -> Gait:
         names = tuple(str(name) for name in organism.joint_names())
         frame_rate = float(motion.frame_rate)
         rest = np.asarray(organism.standing_pose(), dtype=np.float64)
+        slides = organism.sliding_joints()
     if angles.ndim != 2 or len(names) != angles.shape[1]:
         raise contract_error(
             entry,
@@ -78,7 +86,7 @@ def gait_of(individual: Individual) -> Gait:
         raise contract_error(
             entry, f"returned a standing pose of shape {rest.shape}", f"({len(names)},)"
         )
-    return Gait(angles, names, frame_rate, individual.generation, individual.score, rest)
+    return Gait(angles, names, frame_rate, individual.generation, individual.score, rest, slides)
 
 
 def write_gait(gait: Gait, path: Path, format: str) -> None:
@@ -137,7 +145,7 @@ def _fields(gait: Gait) -> dict[str, object]:
     return {
         "bestGait": gait.angles,
         "frameRate": gait.frame_rate,
-        "units": "rad",
+        "units": gait.units if gait.slides else "rad",
         "generation": gait.generation,
         "score": gait.score,
     }
@@ -146,12 +154,14 @@ def _fields(gait: Gait) -> dict[str, object]:
 def _write_csv(gait: Gait) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["time_s", *gait.joint_names])
+    names = [name + METRES * (name in gait.slides) for name in gait.joint_names]
+    writer.writerow(["time_s", *names])
     for frame, row in enumerate(gait.angles.tolist()):
         writer.writerow([frame / gait.frame_rate, *row])
     return text.getvalue().encode()
 
 
+METRES = " [m]"  # after the names of joints that slide in CSV
 SUFFIXES = (".csv", ".npz", ".mat")
 LARGEST = 64 * 2**20  # limit for the size of a file, packed and unpacked, bytes
 MOST_FRAMES = 10_000  # the time of the footfall analysis grows with the square of the frames
@@ -326,7 +336,8 @@ def _read_csv(data: bytes) -> Mapping[str, Any]:
     if header[:1] != ["time_s"]:
         raise ValueError("its first column is not time_s")
     table = np.loadtxt(text, delimiter=",", comments=None, ndmin=2)
-    fields = {"joint_angles": table[:, 1:], "joint_names": np.array(header[1:])}
+    names = [name.removesuffix(METRES) for name in header[1:]]
+    fields = {"joint_angles": table[:, 1:], "joint_names": np.array(names)}
     if len(table) < 2:
         return fields
     seconds = float(table[-1, 0] - table[0, 0])

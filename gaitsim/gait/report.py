@@ -228,10 +228,12 @@ _SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1
 
 def analyse_individual(individual: Individual) -> GaitAnalysis:
     """Analyse the gait of an individual; the body's own measures take precedence."""
-    organism = individual.experiment.organism
+    organism, angles = individual.experiment.organism, individual.joint_angles
+    if angles is not None and (slides := organism.sliding_joints()):  # which do not turn
+        angles = angles[:, [name not in slides for name in organism.joint_names()]]
     found = analyse_gait(
         replace(individual.skeleton, touching=individual.stance),
-        individual.joint_angles,
+        angles,
         dynamic=organism.dynamic,
         margin=_own_margin(individual),
         measured=_measured(individual),

@@ -183,10 +183,11 @@ def _perturb_all_joints(individual: Individual) -> dict[str, float]:
 def _perturb_single_joints(individual: Individual) -> dict[str, float]:
     """Perturb each joint independently, or slow down all joints strongly."""
     angles, rng = _playable_angles(individual, "inexact joints"), np.random.default_rng([SEED, 1])
-    joints = angles.shape[1:]
+    joints, body = angles.shape[1:], individual.experiment.organism
+    turns = np.array([name not in body.sliding_joints() for name in body.joint_names()])
     late = [delay_angles(angles, rng.integers(0, JOINT_DELAY + 1, joints)) for _ in range(DRAWS)]
-    offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1]))
-    noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape))
+    offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1])) * turns
+    noise = rng.normal(0, np.radians(NOISE), (DRAWS, *angles.shape)) * turns
     return _scores(
         individual,
         {

@@ -29,7 +29,9 @@ class GaitExporter(Exporter):
         gait = gait_of(subject.individual)
         frames, joints = gait.angles.shape
         write_gait(gait, path, self.suffix[1:])
-        return Exported(f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, radians")
+        return Exported(
+            f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, {gait.units}"
+        )
 
 
 class Mat(GaitExporter):

@@ -48,7 +48,7 @@ def joints_figure(
 ) -> "Figure":
     """Plot a channel of the joints, by default the angles, shaded while the foot is in stance.
 
-    Angles are in degrees. If torques come near the stall torque, a line marks it.
+    Angles are in degrees, and lengths of joints that slide in millimetres. If torques come near the stall torque, a line marks it.
     """
     require_joints(individual)
     signal = _signal_of(individual, channel or "joint_angles")
@@ -56,7 +56,11 @@ def joints_figure(
     part = window_slice(frames, signal.rate, window, DEFAULT_SECONDS)
     values = finite_or_nan(signal.values[part])
     factor, unit = shown_unit(signal.channel.units)
-    values *= factor
+    slides = [
+        name in individual.experiment.organism.sliding_joints() for name in signal.entries[-1]
+    ]
+    per_slide = unit.replace("°", "mm").replace("N m", "N")
+    values *= np.where(slides, 1000 if "mm" in per_slide else 1, factor)
     times = np.arange(part.start, part.stop) / signal.rate
     names = signal.entries[-1]
     feet = dict(zip(individual.skeleton.contact_names, _touching(individual, part), strict=False))
@@ -75,7 +79,8 @@ def joints_figure(
             for index, (joint, column) in enumerate(joints.items()):
                 width = _WIDTHS[min(index, len(_WIDTHS) - 1)]
                 line = {**theme.line(index), "linewidth": width}
-                axes.plot(times, values[:, column], label=joint, **line)
+                label = f"{joint} ({per_slide})" if slides[column] else joint
+                axes.plot(times, values[:, column], label=label, **line)
             if leg in feet:
                 shade_spans(axes, intervals(feet[leg], times[0], signal.rate), theme)
             axes.set_title(shorten(leg, 24), fontsize=7, pad=2)

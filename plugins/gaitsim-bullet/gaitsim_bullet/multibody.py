@@ -166,7 +166,9 @@ def _check(model: Any) -> None:
     """Raise an error for parts that this engine does not simulate."""
     import mujoco
 
+    slides = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
     refused = {
+        "slides with motors": slides[model.actuator_trnid[:, 0]].any(),
         "ball joints": (model.jnt_type == mujoco.mjtJoint.mjJNT_BALL).any(),
         "mimic joints and closed linkages": bool(model.neq) and model.eq_active0.any(),
         "tendons": bool(model.ntendon),

@@ -117,11 +117,11 @@ def is_gait_file(reference: str) -> bool:
 def expert_of(individual: Individual) -> Expert:
     """Return the gait of an individual as an expert."""
     gait = gait_of(individual)
-    if len(gait.angles) < 2 or not np.isfinite(gait.angles).all():
+    if len(gait.angles) < 2 or gait.slides or not np.isfinite(gait.angles).all():
         raise GaitsimError(
             f"the gait of generation {individual.generation} cannot be learnt",
             where=str(individual.source),
-            allowed="two or more frames, with finite angles",
+            allowed="two or more frames, with finite angles of joints that all turn",
         )
     return Expert(gait, individual.embodied.experiment, individual, individual.source)
 

@@ -191,11 +191,13 @@ def _mesh(solid: Solid, step: float) -> Json:
 
 
 def _angles(individual: Individual) -> Json | None:
-    """Return the joint angles, rounded to `ANGLE_STEP`; None for a body without joints."""
+    """Return the angles of joints that turn, rounded to `ANGLE_STEP`; None without joints."""
     if individual.joint_angles is None:
         return None
     gait = gait_of(individual)
-    return {"names": list(gait.joint_names), "values": pack(gait.angles, ANGLE_STEP)}
+    turning = [at for at, name in enumerate(gait.joint_names) if name not in gait.slides]
+    names = [gait.joint_names[at] for at in turning]
+    return {"names": names, "values": pack(gait.angles[:, turning], ANGLE_STEP)}
 
 
 def _feet(skeleton: Skeleton, step: float) -> Json | None:

@@ -45,7 +45,8 @@ def export_goal(
 ) -> Exported:
     """Write the gait of an individual as the goal of a ROS 2 action; options of `trajectory_of`."""
     check_folder(path)
-    trajectory = trajectory_of(gait_of(individual), keyframe_ms, speed)
+    gait = gait_of(individual)
+    trajectory, units = trajectory_of(gait, keyframe_ms, speed), gait.units
     data = format_goal(trajectory).encode()
     write_bytes(path, data)
     points, joints = trajectory.positions.shape
@@ -57,7 +58,7 @@ def export_goal(
             f"Linux allows fewer than {MAX_ARGUMENT:,}. Pass it with --stdin (ROS 2 Jazzy or "
             "newer), or use fewer points with --keyframe-ms",
         )
-    return Exported(f"{points} points × {joints} joints in {seconds:g} s, radians", notices)
+    return Exported(f"{points} points × {joints} joints in {seconds:g} s, {units}", notices)
 
 
 def trajectory_of(gait: Gait, keyframe_ms: int | None = None, speed: float = 1.0) -> Trajectory:

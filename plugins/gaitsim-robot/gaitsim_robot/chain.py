@@ -1,4 +1,4 @@
-"""Chains of hinges: forward and inverse kinematics of whole populations.
+"""Chains of hinges and slides: forward and inverse kinematics of whole populations.
 
 Sources: R. W. Brockett, Robotic manipulators and the product of exponentials formula (1984);
 T. Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, IEEE
@@ -6,22 +6,25 @@ Transactions on Robotics 27 (2011) 984-991, whose damping follows the error.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.plugin.toolkit import cos, matmul, norm, sin, solve
 from gaitsim_robot.anatomy import Floats
 
 ITERATIONS = 20
-PLANAR = 0.95  # smallest y component of all axes of a leg that moves only in the x-z plane
-FARTHEST_TURN = 0.5  # rad, largest change of an angle in one iteration
+PLANAR = 0.95  # smallest cosine of the angle of hinges to y, in a leg that moves in the x-z plane
+FARTHEST_TURN = 0.5  # rad or m, largest change of a joint in one iteration
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """Hinges in series from the trunk to a tip, in the frame of the standing trunk.
+    """Hinges and slides in series from the trunk to a tip, in the frame of the standing trunk.
+
+    The values of hinges, called angles, are in rad, and those of slides in m.
 
     The chains of several bodies have leading axes, (…), that broadcast with those of the angles.
 
@@ -32,6 +35,7 @@ class Chain:
         zero: angles of the reference pose, (…, joints) rad.
         lower: smallest angles, (…, joints) rad.
         upper: largest angles, (…, joints) rad.
+        slides: whether each joint slides along its axis, (joints,).
     """
 
     anchors: Floats
@@ -40,6 +44,13 @@ class Chain:
     zero: Floats
     lower: Floats
     upper: Floats
+    slides: NDArray[np.bool_]
+
+    @property
+    def mirrored_axes(self) -> Floats:
+        """The axes, (joints, 3), of a mirrored leg whose angles have the same signs."""
+        mirrored: Floats = self.axes * np.where(self.slides[:, None], [1, -1, 1], [-1, 1, -1])
+        return mirrored
 
     @property
     def length(self) -> Floats:
@@ -64,7 +75,8 @@ class Chain:
         in this order.
         """
         joints = self.zero.shape[-1]
-        planar = (np.abs(self.axes[..., 1]) > PLANAR).all(axis=-1)
+        along = np.abs(self.axes[..., 1])
+        planar = np.where(self.slides, along**2 < 1 - PLANAR**2, along > PLANAR).all(axis=-1)
         aside = np.where(planar, 0.0, 1.0 if joints > 2 else 0.1)
         spare = np.where(planar, joints - 2, joints - 3) * level
         one = np.ones_like(aside)
@@ -101,7 +113,8 @@ class Chain:
             tips, rotation, anchors, axes = self._pose(angles - self.zero)
             error = np.concatenate([targets - tips, turn_to(rotation, orientation)], axis=-1)
             error = (error * weights)[..., rows]
-            slope = (jacobian(tips, anchors, axes) * weights[..., None])[..., rows, :]
+            slope = jacobian(tips, anchors, axes, self.slides) * weights[..., None]
+            slope = slope[..., rows, :]
             angles = improved(angles, error, slope, self.lower, self.upper, self.length)
         return angles
 
@@ -116,6 +129,9 @@ class Chain:
             anchor, axis = self.anchors[..., joint, :], self.axes[..., joint, :]
             anchors[..., joint, :] = multiply(rotation, anchor) + shift
             axes[..., joint, :] = multiply(rotation, axis)
+            if self.slides[joint]:
+                shift = shift + axes[..., joint, :] * turned[..., [joint]]
+                continue
             rotation = matmul(rotation, turned_about(axis, sine[..., joint], versine[..., joint]))
             shift = anchors[..., joint, :] - multiply(rotation, anchor)
         return multiply(rotation, self.tip) + shift, rotation, anchors, axes
@@ -160,7 +176,7 @@ def pose_data(model: Any, qpos: Floats) -> Any:
 def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
     """Return the chain of joints, given by index from the hip to the foot, in the pose of `data`.
 
-    Missing or wide limits are replaced by half a turn in each direction.
+    Missing or wide limits of hinges are replaced by half a turn in each direction.
     """
     zero = data.qpos[model.jnt_qposadr[joints]].copy()
     limited = model.jnt_limited[joints].astype(bool)
@@ -172,6 +188,7 @@ def leg_chain(model: Any, data: Any, joints: Any, tip: Floats) -> Chain:
         zero,
         np.maximum(np.where(limited, lower, -np.inf), zero - np.pi),
         np.minimum(np.where(limited, upper, np.inf), zero + np.pi),
+        sliding(model)[joints],
     )
 
 
@@ -179,14 +196,22 @@ def stacked(chains: Sequence[Chain], axes: int = 0) -> Chain:
     """Return the chains of several bodies as one.
 
     Args:
-        chains: chains with as many joints.
+        chains: chains with joints of the same kinds.
         axes: number of axes to insert behind that of the bodies, such as for samples of a cycle.
     """
     parts = []
-    for part in fields(Chain):
-        joined = np.stack([getattr(chain, part.name) for chain in chains])
+    for name in ("anchors", "axes", "tip", "zero", "lower", "upper"):
+        joined = np.stack([getattr(chain, name) for chain in chains])
         parts.append(np.expand_dims(joined, tuple(range(1, 1 + axes))))
-    return Chain(*parts)
+    return Chain(*parts, chains[0].slides)
+
+
+def sliding(model: Any) -> NDArray[np.bool_]:
+    """Return whether each joint of MuJoCo's model slides, (joints,)."""
+    import mujoco
+
+    slides: NDArray[np.bool_] = model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE
+    return slides
 
 
 def multiply(matrices: Floats, vectors: Floats) -> Floats:
@@ -209,10 +234,15 @@ def turned_about(axis: Floats, sine: Floats, versine: Floats) -> Floats:
     return turn
 
 
-def jacobian(tips: Floats, anchors: Floats, axes: Floats) -> Floats:
-    """Return the derivatives of the tip, m/rad, then of its rotation, rad/rad, (..., 6, joints)."""
+def jacobian(tips: Floats, anchors: Floats, axes: Floats, slides: NDArray[np.bool_]) -> Floats:
+    """Return the derivatives of the tip, m/rad, then of its rotation, rad/rad, (..., 6, joints).
+
+    For slides, they are in m/m and rad/m.
+    """
     lever = tips[..., None, :] - anchors
     columns = np.concatenate([cross(axes, lever), axes], axis=-1)
+    if slides.any():
+        columns[..., slides, :3], columns[..., slides, 3:] = axes[..., slides, :], 0.0
     return columns.swapaxes(-1, -2)
 
 

@@ -14,7 +14,7 @@ import numpy as np
 from gaitsim.plugin import Condition
 from gaitsim.plugin.toolkit import CONDITIONS, conditions, downward, draw_joint_errors, norm
 from gaitsim_robot.anatomy import Floats
-from gaitsim_robot.chain import pose_data
+from gaitsim_robot.chain import pose_data, sliding
 from gaitsim_robot.damaged import is_stuck
 from gaitsim_robot.servos import set_servos
 from gaitsim_robot.shapes import surfaces
@@ -81,7 +81,8 @@ def apply_world(
     if any(world.get(name) for name in UNEVEN):
         feet = np.linalg.norm(lowest_points(model, anatomy.stance)[:, :2], axis=1).max()
         ground = raise_ground(model, world, float(feet))
-    offset = draw_joint_errors(world, "joint_offset", len(simulation.ctrl))
+    turns = ~sliding(model)[model.dof_jntid[simulation.dof]]  # slides have no horns
+    offset = draw_joint_errors(world, "joint_offset", len(simulation.ctrl)) * turns
     offset += 0.0 if horns is None else horns
     rest, joints = simulation.rest.copy(), simulation.ctrl
     rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)
@@ -99,7 +100,7 @@ def apply_world(
         ground=ground,
         world=world,
     )
-    errors = draw_joint_errors(world, "initial_pose", len(joints))
+    errors = draw_joint_errors(world, "initial_pose", len(joints)) * turns
     return _with_initial_errors(found, errors) if errors.any() else found
 
 

@@ -13,10 +13,11 @@ import numpy as np
 
 from gaitsim.plugin.toolkit import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg
-from gaitsim_robot.chain import pose_data
+from gaitsim_robot.chain import pose_data, sliding
 from gaitsim_robot.shapes import surfaces
 
-LOCKED = 1e3  # armature of a locked joint, × mass × length² of the robot; more costs precision
+# Armature of a locked joint, × mass × length² of the robot, or mass for slides; more is imprecise.
+LOCKED = 1e3
 RETURN = 10.0  # rad/s, natural frequency of a locked joint; weight × length L turns it 1e-4/L rad
 WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as errors
 
@@ -43,8 +44,10 @@ def apply_damage(
     for body in lost:
         _remove(spec, model.body(body).name)
     for name in (*of_lost, *stuck):
-        angle = float(stance[model.joint(name).qposadr[0]])
-        _lock(spec.joint(name), angle, LOCKED * anatomy.mass * anatomy.length**2)
+        joint = model.joint(name)
+        squared = 1.0 if sliding(model)[joint.id] else anatomy.length**2
+        angle = float(stance[joint.qposadr[0]])
+        _lock(spec.joint(name), angle, LOCKED * anatomy.mass * squared)
     _deactivate_constraints(spec, of_lost, lost)
     weaker = {
         one.part: _damaged_servo(servos[one.part], one) for one in damage if one.part in servos

@@ -1,6 +1,7 @@
 """Encodings of a robot, `steps`, `sine` and `cpg`: turn a genome into servo commands."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -21,7 +22,7 @@ from gaitsim.plugin.toolkit import (
     split_genomes,
 )
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import Chain, pose_data, stacked
+from gaitsim_robot.chain import Chain, pose_data, sliding, stacked
 from gaitsim_robot.linkage import Linkage, standing_chains
 from gaitsim_robot.simulation import FRAME_RATE
 
@@ -165,8 +166,9 @@ _ALTERNATING = {2: "walk", 4: "trot", 6: "tripod", 8: "tetrapod"}
 Kind = Literal["steps", "sine", "cpg"]
 
 SLOWEST = 0.3  # Hz, lower bound of the frequency gene
-SWING = 0.6  # rad, largest amplitude of a joint in the sine and cpg encodings
-OFFSET = 0.3  # rad, largest offset from the standing pose in the sine and cpg encodings
+# Bounds in the sine and cpg encodings, rad, or for slides × half their range.
+SWING = 0.6  # largest amplitude of a joint
+OFFSET = 0.3  # largest offset from the standing pose
 RAMP_TIME = 0.5  # s, duration of the transition from standing to the full gait
 COUPLING = 4.0  # 1/s, coupling to the leading oscillator
 LENGTHS = frozenset({"stride", "lift", "height", "shift", "spread", "sway"})
@@ -213,7 +215,7 @@ class Encoding:
             groups = tuple(group for group in groups if group.name == "frequency")
         if swing:
             groups += (
-                GeneGroup("swing", swing, 0.0, SWING),
+                GeneGroup("swing", swing, 0.0, SWING * self._scale(swing)),
                 GeneGroup("swing phase", swing, -math.pi, math.pi, periodic=True),
             )
         if rolling := self.anatomy.rolling:
@@ -233,13 +235,20 @@ class Encoding:
         if self.kind == "steps":
             return (*self._step_groups(tuple(own) if free else ("",)), *timing, frequency)
         joints = tuple(joint for leg in legs if leg.name in own for joint in leg.joints)
+        scale = self._scale(joints)
         return (
-            GeneGroup("amplitude", joints, 0.0, SWING),
-            GeneGroup("offset", joints, -OFFSET, OFFSET),
+            GeneGroup("amplitude", joints, 0.0, SWING * scale),
+            GeneGroup("offset", joints, -OFFSET * scale, OFFSET * scale),
             GeneGroup("delay", joints, -turn, turn, periodic=True),
             *timing,
             frequency,
         )
+
+    def _scale(self, joints: Sequence[str]) -> Floats:
+        """Return the unit of amplitudes: 1 rad for hinges, half the range for slides, m."""
+        ids = [self.model.joint(name).id for name in joints]
+        half = np.ptp(self.model.jnt_range[ids], axis=1) / 2
+        return np.where(sliding(self.model)[ids], half, 1.0)
 
     @property
     def genes(self) -> int:
@@ -311,11 +320,13 @@ class Encoding:
         The feet of the encodings `sine` and `cpg` follow the paths of the full gait.
 
         Raises:
-            GaitsimError: a leg is a closed linkage, or joints outside the legs swing.
+            GaitsimError: a leg is a closed linkage or slides, or joints outside the legs swing.
         """
-        linked = any(isinstance(chain, Linkage) for chain in self.chains)
+        linked = any(isinstance(chain, Linkage) or chain.slides.any() for chain in self.chains)
         if linked or self.anatomy.swing or self.anatomy.rolling:
-            parts = "closed linkages or coupled joints" if linked else "a spine, tail or wheels"
+            parts = "a spine, tail or wheels"
+            if linked:
+                parts = "closed linkages, coupled joints or slides"
             raise GaitsimError(
                 f"commands, reflexes and controllers in C cannot move {parts}",
                 remedy="leave out 'organism.reflexes' and 'organism.drive'"
@@ -644,18 +655,13 @@ class Encoding:
             first[leg], count = count, count + self.chains[leg].zero.shape[-1]
         source, sign = [], []
         for leg, leader in enumerate(self._leaders.tolist()):
-            axes, own = (self._axes(one) for one in (leader, leg))
+            mirrored = _of_first(self.chains[leader].mirrored_axes)
+            own = _of_first(self.chains[leg].axes)
             for joint in range(len(own)):
                 source.append(first[leader] + joint)
-                opposed = leader != leg and (axes[joint] * [-1, 1, -1]) @ own[joint] < 0
+                opposed = leader != leg and mirrored[joint] @ own[joint] < 0
                 sign.append(-1.0 if opposed else 1.0)
         return np.array(source, np.intp), np.array(sign)
-
-    def _axes(self, leg: int) -> Floats:
-        """Return the axes of a leg's joints, of the first body, (joints, 3)."""
-        axes = self.chains[leg].axes
-        first: Floats = axes.reshape(-1, *axes.shape[-2:])[0]
-        return first
 
     @cached_property
     def _standing(self) -> Floats:
@@ -665,3 +671,9 @@ class Encoding:
     def _limits(self) -> tuple[Floats, Floats]:
         lower = np.concatenate([chain.lower for chain in self.chains], axis=-1)
         return lower, np.concatenate([chain.upper for chain in self.chains], axis=-1)
+
+
+def _of_first(axes: Floats) -> Floats:
+    """Return the axes of the first of several bodies, (joints, 3)."""
+    first: Floats = axes.reshape(-1, *axes.shape[-2:])[0]
+    return first

@@ -8,7 +8,7 @@ import numpy as np
 
 from gaitsim.plugin import GaitsimError, unknown
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg, Side, name_legs
-from gaitsim_robot.chain import pose_data
+from gaitsim_robot.chain import pose_data, sliding
 from gaitsim_robot.errors import check_count, shorten
 from gaitsim_robot.facing import (
     ALIKE,
@@ -60,14 +60,14 @@ def find_anatomy(
     Args:
         model: `mujoco.MjModel` of the robot's text.
         feet: names of the links at the ends of the legs; () finds them.
-        stance: angles of joints in the standing pose by name, rad. Other joints have the angles of
-            the keyframe, or zero. None searches for a pose.
+        stance: angles of joints in the standing pose by name, rad, or m for slides. Other joints
+            have the angles of the keyframe, or zero. None searches for a pose.
         facing: direction of the nose in the upright robot. 'auto' follows the names of the legs if
             they fit only one direction, and otherwise the shape of the robot.
     """
     if model.nbody < 2 or model.njnt < 2:
         raise GaitsimError(
-            "the robot has no joints", allowed="a trunk with at least two legs of hinge joints"
+            "the robot has no joints", allowed="a trunk with at least two legs of hinges or slides"
         )
     _check_names(model, feet, stance or {})
     return Finder(model, feet, stance, facing).find()
@@ -89,11 +89,12 @@ def _check_names(model: Any, feet: Sequence[str], stance: Mapping[str, float]) -
         joint = model.joint(name)
         lower, upper = model.jnt_range[joint.id]
         if model.jnt_limited[joint.id] and not lower <= angle <= upper:
+            scale, unit = (1.0, " m") if sliding(model)[joint.id] else (math.degrees(1), "°")
             raise GaitsimError(
-                f"the stance angle {math.degrees(angle):.4g}° of joint {name!r} is outside the "
+                f"the stance angle {scale * angle:.4g}{unit} of joint {name!r} is outside the "
                 "joint's limits",
                 key="stance",
-                allowed=f"{math.degrees(lower):.4g}° to {math.degrees(upper):.4g}°",
+                allowed=f"{scale * lower:.4g}{unit} to {scale * upper:.4g}{unit}",
             )
 
 
@@ -237,7 +238,7 @@ class Finder:
             names = shorten([self.model.body(limb.foot).name for limb in limbs], 8)
             raise GaitsimError(
                 "the robot has no legs" + (f", only limbs that end at {names}" if names else ""),
-                allowed="at least two limbs of hinge joints that reach the ground below the trunk",
+                allowed="at least two limbs of driven joints that reach the ground below the trunk",
                 remedy=self._remedy(),
             )
         check_count(len(legs), LEGS, "legs", remedy=NAME_FEET)
@@ -275,8 +276,9 @@ class Finder:
 
     def _remedy(self) -> str:
         """Return what to do if no legs are found."""
-        widest = float(np.abs(self.model.jnt_range[1:]).max())
-        if widest <= STIFF:
+        hinges = np.flatnonzero(~sliding(self.model))[1:]
+        widest = float(np.abs(self.model.jnt_range[hinges]).max(initial=0.0))
+        if 0 < widest <= STIFF:
             return (
                 f"all joints are within ±{math.degrees(widest):.3g}°; if these limits are radians, "
                 'write <compiler angle="radian"/> in the MJCF file'

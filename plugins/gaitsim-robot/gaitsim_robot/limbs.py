@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats, Side
-from gaitsim_robot.chain import Chain
+from gaitsim_robot.chain import Chain, sliding
 from gaitsim_robot.linkage import chain_to, joints_to, loops, motors
 from gaitsim_robot.shapes import RobotSurface, surfaces
 
@@ -218,6 +218,8 @@ class Tree:
 
     def _is_wheel(self, joint: int, of_foot: Indices) -> bool:
         """Return whether the foot is a wheel about this joint, with equal radius at all angles."""
+        if sliding(self.model)[joint]:
+            return False
         axis, anchor = self.data.xaxis[joint], self.data.xanchor[joint]
         lever = self.points[of_foot] - anchor
         across = lever - np.outer(lever @ axis, axis)

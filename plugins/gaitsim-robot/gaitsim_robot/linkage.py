@@ -12,12 +12,12 @@ from gaitsim_robot.anatomy import Anatomy, Floats
 from gaitsim_robot.chain import (
     ITERATIONS,
     Chain,
-    cross,
     improved,
     jacobian,
     leg_chain,
     multiply,
     pose_data,
+    sliding,
     turn_to,
     turned_about,
 )
@@ -39,6 +39,7 @@ class Linkage(Chain):
             true.
         every: anchors and axes of all joints in the pose `zero`, 2 × (joints, 3).
         limits: smallest and largest angles of all joints, 2 × (joints,) rad.
+        every_slides: whether each of all joints slides, (joints,).
         start: angles of all joints in the pose `zero`, (joints,) rad.
         driven: indices of the driven joints.
         dependent: indices of the dependent joints.
@@ -54,6 +55,7 @@ class Linkage(Chain):
     carriers: NDArray[np.bool_]
     every: tuple[Floats, Floats]
     limits: tuple[Floats, Floats]
+    every_slides: NDArray[np.bool_]
     start: Floats
     driven: Indices
     dependent: Indices
@@ -108,7 +110,7 @@ class Linkage(Chain):
                 tip = self._at(frames, self.holder, self.tip)
                 rotation = frames[0][..., self.holder, :, :]
                 off = np.concatenate([targets - tip, turn_to(rotation, orientation)], axis=-1)
-                moves = jacobian(tip, *frames[2:]) * self.carriers[self.holder]
+                moves = jacobian(tip, *frames[2:], self.every_slides) * self.carriers[self.holder]
                 error = np.concatenate([(off * weights)[..., rows], CLOSED * error], axis=-1)
                 slope = np.concatenate(
                     [(moves * weights[:, None])[..., rows, :], CLOSED * slope], axis=-2
@@ -136,6 +138,10 @@ class Linkage(Chain):
                 )
             anchors[..., joint, :] = multiply(before, anchor) + moved
             axes[..., joint, :] = multiply(before, axis)
+            if self.every_slides[joint]:
+                rotations[..., joint, :, :] = before
+                shifts[..., joint, :] = moved + axes[..., joint, :] * turned[..., [joint]]
+                continue
             turn = turned_about(axis, sine[..., joint], versine[..., joint])
             rotations[..., joint, :, :] = matmul(before, turn)
             shifts[..., joint, :] = anchors[..., joint, :] - multiply(
@@ -153,9 +159,8 @@ class Linkage(Chain):
         """Return the derivatives of a carried point by all joints, (…, 3, joints) m/rad."""
         if joint < 0:
             return np.zeros((*place.shape, len(self.start)))
-        columns = cross(frames[3], place[..., None, :] - frames[2])
-        moved: Floats = columns.swapaxes(-1, -2) * self.carriers[joint]
-        return moved
+        moved = jacobian(place, *frames[2:], self.every_slides)[..., :3, :]
+        return np.asarray(moved * self.carriers[joint])
 
     def _gaps(self, frames: Sequence[Floats], angles: Floats) -> tuple[Floats, Floats]:
         """Return what is missing for a closed linkage, (…, rows) m, and its derivatives."""
@@ -237,10 +242,11 @@ def chain_to(model: Any, data: Any, joints: Any, tip: Floats, foot: int) -> Chai
     low[driven], high[driven] = plain.lower, plain.upper
     dependent = np.setdiff1d(np.arange(len(order)), driven)
     return Linkage(
-        plain.anchors, plain.axes, tip, plain.zero, plain.lower, plain.upper,
+        plain.anchors, plain.axes, tip, plain.zero, plain.lower, plain.upper, plain.slides,
         carriers=carriers,
         every=(data.xanchor[order].copy(), data.xaxis[order].copy()),
         limits=(low, high),
+        every_slides=sliding(model)[order],
         start=data.qpos[model.jnt_qposadr[order]].copy(),
         driven=driven,
         dependent=dependent,

@@ -15,13 +15,14 @@ import numpy as np
 from gaitsim.plugin import BodyFile, Facts, nearest, unknown
 from gaitsim.plugin.toolkit import SERVOS, Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
+from gaitsim_robot.chain import sliding
 from gaitsim_robot.conditions import apply_world
 from gaitsim_robot.designs import MASS_PER_TORQUE, DesignSpace
 from gaitsim_robot.encodings import Encoding, Kind, Symmetry
 from gaitsim_robot.errors import RobotError, shorten
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.importing import import_robot
-from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos
+from gaitsim_robot.servos import FROM_FILE, ServoName, joint_servos, units_of
 from gaitsim_robot.simulation import Simulation, build
 from gaitsim_robot.terrain import Lattice, lattice_for
 from gaitsim_robot.text import compile_model, disable_log, trust
@@ -113,7 +114,10 @@ def load_anatomy(
     swing: tuple[str, ...] = (),
     rolls: bool = False,
 ) -> Anatomy:
-    """Return the anatomy of a robot's text with the options of the body; `stance` in degrees."""
+    """Return the anatomy of a robot's text with the options of the body.
+
+    `stance` is in degrees, and for slides in metres.
+    """
     if swing or rolls:
         still = load_anatomy(text, feet, stance, facing)
         if rolls and not still.wheels:
@@ -128,8 +132,10 @@ def load_anatomy(
                 raise unknown("held joint", name, still.held, key="swing")
         held = tuple(name for name in still.held if name not in (*swing, *rolling))
         return replace(still, held=held, swing=swing, rolling=rolling)
-    pose = {joint: math.radians(angle) for joint, angle in stance}
-    return find_anatomy(compile_model(text), feet, pose or None, facing)
+    model = compile_model(text)
+    slides = {model.joint(int(index)).name for index in np.flatnonzero(sliding(model))}
+    pose = {name: at if name in slides else math.radians(at) for name, at in stance}
+    return find_anatomy(model, feet, pose or None, facing)
 
 
 def joint_ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]:
@@ -264,7 +270,7 @@ def describe_robot(
     found = {
         "Body": _body(model, anatomy),
         "Legs": {leg.name: _leg(leg) for leg in anatomy.legs},
-        "Servos": {**_servos(servos), "standing": _standing(simulation)},
+        "Servos": {**_servos(model, servos), "standing": _standing(simulation)},
         "Standing pose": _pose(model, anatomy),
     }
     if simulation.damage:
@@ -286,7 +292,10 @@ def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
         },
         "Servos: organism.servo": {
             "model": "the limits in the robot's file",
-            **{name: f"{_limits(servo)}. {servo.source}" for name, servo in SERVOS.items()},
+            **{
+                name: f"{_limits(servo, 'N m', 'rad/s')}. {servo.source}"
+                for name, servo in SERVOS.items()
+            },
             "ideal": "stiff, strong and without delay",
         },
     }
@@ -323,13 +332,14 @@ def _leg(leg: Leg) -> str:
     )
 
 
-def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
+def _servos(model: Any, servos: Mapping[str, Servo]) -> dict[str, str]:
     """Return the limits of servos; joints with equal servos share a line."""
     groups: dict[str, list[str]] = {}
     for joint, servo in servos.items():
         exact = servo.name != "model" or servo.source == FROM_FILE
         source = "" if exact else f" ({servo.source})"
-        groups.setdefault(f"{servo.name}: {_limits(servo)}{source}", []).append(joint)
+        limits = _limits(servo, *units_of(model, joint)[1:3])
+        groups.setdefault(f"{servo.name}: {limits}{source}", []).append(joint)
     if len(groups) == 1:
         return {"all": next(iter(groups))}
     return {shorten(joints, 3): limits for limits, joints in groups.items()}
@@ -338,7 +348,9 @@ def _servos(servos: Mapping[str, Servo]) -> dict[str, str]:
 def _standing(simulation: Simulation) -> str:
     """Describe whether the servos hold the standing pose, and the share of torque it requires."""
     hardest = int(np.argmax(simulation.effort))
-    most = f"{simulation.effort[hardest]:.0%} of the torque of {simulation.anatomy.joints[hardest]}"
+    joint = simulation.anatomy.joints[hardest]
+    kind = units_of(simulation.model, joint)[0]
+    most = f"{simulation.effort[hardest]:.0%} of the {kind} of {joint}"
     if simulation.stands:
         return f"requires up to {most}"
     if simulation.effort[hardest] < 1:
@@ -352,11 +364,13 @@ def _standing(simulation: Simulation) -> str:
     )
 
 
-def _limits(servo: Servo) -> str:
+def _limits(servo: Servo, torque: str, speed: str) -> str:
+    """Describe the limits of a servo in the units of its torque and speed."""
     latency = f", latency {servo.latency * 1000:.0f} ms" if servo.latency else ""
     rating = servo.continuous * servo.stall_torque
     continuous = f" ({rating:.2g} continuous)" if rating else ""
-    return f"{servo.stall_torque:.3g} N m{continuous}, {servo.no_load_speed:.3g} rad/s{latency}"
+    limits = f"{servo.stall_torque:.3g} {torque}{continuous}, {servo.no_load_speed:.3g} {speed}"
+    return f"{limits}{latency}"
 
 
 def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
@@ -366,8 +380,10 @@ def _pose(model: Any, anatomy: Anatomy) -> dict[str, str]:
         angles = []
         for name in leg.joints:
             joint = model.joint(name)
-            bounds = anatomy.stance[joint.qposadr[0]], *joint.range
-            angle, low, high = (round(math.degrees(bound)) for bound in bounds)
-            angles.append(f"{angle}° ({low} to {high}°)")
+            bounds = np.array([anatomy.stance[joint.qposadr[0]], *joint.range])
+            slides = sliding(model)[joint.id]
+            shown = bounds * 1000 if slides else np.degrees(bounds)
+            (angle, low, high), unit = map(round, shown.tolist()), " mm" if slides else "°"
+            angles.append(f"{angle}{unit} ({low} to {high}{unit})")
         lines[leg.name] = ", ".join(angles)
     return lines

@@ -1,6 +1,7 @@
 """The body `robot`: any legged robot from a URDF or MJCF file."""
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -61,6 +62,7 @@ from gaitsim.plugin.toolkit import (
     parse_damage,
 )
 from gaitsim_robot.anatomy import Anatomy, Facing
+from gaitsim_robot.chain import sliding
 from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.designs import Design, DesignSpace, Factors
 from gaitsim_robot.drives import (
@@ -114,12 +116,19 @@ LATE = 0.03  # s, latency of a slow servo and its controller
 
 CHANNELS: Mapping[str, Channel] = {
     "joint_angles": Channel(
-        ("frames", "joints"), "rad", "commands to the servos, relative to the file's zero"
+        ("frames", "joints"),
+        "rad",
+        "commands to the servos, relative to the file's zero; m for joints that slide, as the next",
     ),
     "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
-    "joint_velocities": Channel(("frames", "joints"), "rad/s", "velocities of the joints"),
+    "joint_velocities": Channel(
+        ("frames", "joints"), "rad/s", "velocities of the joints; m/s for those that slide"
+    ),
     "torque": Channel(
-        ("frames", "joints"), "N m", "mean magnitude of the torque since the previous frame"
+        ("frames", "joints"),
+        "N m",
+        "mean magnitude of the torque since the previous frame; N for joints that slide, as the "
+        "next three",
     ),
     "stall_torque": Channel(("joints",), "N m", "largest torque of the servos; 0 if unknown"),
     "rms_torque": Channel(
@@ -281,8 +290,8 @@ class Robot(Organism):
     )
     stance: dict[str, float] = option(
         {},
-        "joint angles in the standing pose, by name; other joints have the angles of the "
-        "file's keyframe, or zero; by default, gaitsim finds a pose",
+        "joint angles in the standing pose, by name, and metres of joints that slide; other joints "
+        "have the angles of the file's keyframe, or zero; by default, gaitsim finds a pose",
         unit="°",
     )
     dt: float = option(
@@ -400,9 +409,10 @@ class Robot(Organism):
         check_evolve(self._evolving[1], reflexes, [*self.design_space()])
         check_drive(self.drive)
         check_world(self.world, self.conditions())
+        turning = [name for name in self.anatomy.joints if name not in self.sliding_joints()]
         for name in self.horns:
-            if name not in self.anatomy.joints:
-                raise unknown("joint", name, self.anatomy.joints, key="horns")
+            if name not in turning:
+                raise unknown("joint", name, turning, key="horns")
         return self
 
     def _check_dimensions(self) -> None:
@@ -535,6 +545,13 @@ class Robot(Organism):
             return ()
         ranges = joint_ranges(self._original_text, self._original)
         limits = dict(zip(self.anatomy.joints, ranges, strict=True))
+        for text in self.damage:
+            for name in self.sliding_joints():
+                if re.match(rf"{re.escape(name)}\s+stuck\s+\S", text.strip()):
+                    what = f"the joint {name!r} slides, so it cannot stick at an angle"
+                    raise GaitsimError(
+                        what, key="damage", allowed=f"'{name} stuck', where it stands"
+                    )
         return parse_damage(self.damage, self.leg_joints(), limits=limits)
 
     @property
@@ -798,6 +815,11 @@ class Robot(Organism):
         """Return the names of the leg joints as in the file, leg by leg."""
         return self.anatomy.joints
 
+    def sliding_joints(self) -> tuple[str, ...]:
+        """Return the leg joints that slide, whose angles are in metres."""
+        model = compile_model(self.text)
+        return tuple(name for name in self.anatomy.joints if sliding(model)[model.joint(name).id])
+
     def standing_pose(self) -> Array:
         """Return the joint angles of the intact robot in its standing pose, (joints,) rad."""
         return standing_angles(self.text, self.anatomy)
@@ -877,14 +899,14 @@ class Robot(Organism):
         return {**measures(motion, self.anatomy.legs), **own}
 
     def rig(self) -> Rig | None:
-        """Return the tree of bodies; None for a robot with mimic joints or closed linkages."""
+        """Return the tree of bodies; None for one with mimic joints, closed linkages or slides."""
         from gaitsim_robot.skeleton import rig
 
         simulation = self.simulation
         return rig(simulation.model, simulation.anatomy, simulation.damage)
 
     def urdf(self) -> str:
-        """Return the robot as URDF; '' for a robot with mimic joints or closed linkages."""
+        """Return the robot as URDF; '' for one with mimic joints, closed linkages or slides."""
         from gaitsim_robot.text import compile_model
         from gaitsim_robot.urdf import urdf
 

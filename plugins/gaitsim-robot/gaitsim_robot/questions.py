@@ -11,6 +11,8 @@ import numpy as np
 from gaitsim.plugin import Question
 from gaitsim.plugin.toolkit import Servo
 from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.chain import sliding
+from gaitsim_robot.servos import units_of
 from gaitsim_robot.units import LENGTH_UNITS, MASS_UNITS, likely_units, unit_warning
 
 ORDER = (
@@ -28,7 +30,7 @@ def ask(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo]) -> tuple[Ques
         anatomy: anatomy of the robot.
         servos: servos by the names of their joints.
     """
-    found = [*_units(anatomy), *_guesses(model, anatomy), *_servos(anatomy, servos)]
+    found = [*_units(anatomy), *_guesses(model, anatomy), *_servos(model, anatomy, servos)]
     if not model.nu:  # otherwise the text states the motors
         text = f"Do all {model.njnt - 1} joints have motors? The file states none"
         found.append(Question(text, "motors", '["all"]'))
@@ -68,24 +70,28 @@ def _guesses(model: Any, anatomy: Anatomy) -> list[Question]:
         found.append(Question(text, "facing", facing))
     if anatomy.searched:
         angles = ", ".join(
-            f"{_key(name)} = {_degrees(model, anatomy, name):g}" for name in anatomy.joints
+            f"{_key(name)} = {_standing(model, anatomy, name):g}" for name in anatomy.joints
         )
         text = "Is the standing pose right (see --picture)? gaitsim searched for it"
         found.append(Question(text, "stance", f"{{ {angles} }}"))
     return found
 
 
-def _servos(anatomy: Anatomy, servos: Mapping[str, Servo]) -> list[Question]:
-    """Return the questions about values that the servos of all legs lack in the file."""
+def _servos(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo]) -> list[Question]:
+    """Return the questions about values that the servos of all legs lack in the file.
+
+    No option answers those about slides.
+    """
     found = []
+    turning = [name for name in anatomy.joints if units_of(model, name)[0] == "torque"]
     for quantity, option, attribute, unit in (
         ("torque", "torque_limit", "stall_torque", "N m"),
         ("speed", "speed_limit", "no_load_speed", "rad/s"),
         ("stiffness", "stiffness", "stiffness", "N m/rad"),
     ):
-        notes = {_note(servos[joint], quantity) for joint in anatomy.joints}
-        values = {f"{getattr(servos[joint], attribute):.3g}" for joint in anatomy.joints}
-        if "" in notes or len(values) > 1:
+        notes = {_note(servos[joint], quantity) for joint in turning}
+        values = {f"{getattr(servos[joint], attribute):.3g}" for joint in turning}
+        if "" in notes or len(values) != 1:
             continue
         value, note = values.pop(), sorted(notes)[0]
         reason = note.partition(": ")[2] if "reduced" in note else "the file states none"
@@ -102,12 +108,14 @@ def _note(servo: Servo, quantity: str) -> str:
     return next((note for note in servo.source.split("; ") if note.startswith(starts)), "")
 
 
-def _degrees(model: Any, anatomy: Anatomy, name: str) -> float:
-    """Return the standing angle of a joint, rounded to 0.1° within its limits."""
+def _standing(model: Any, anatomy: Anatomy, name: str) -> float:
+    """Return the standing angle of a joint, rounded to 0.1°, or 0.1 mm, within its limits."""
     joint = model.joint(name)
-    low, high = np.degrees(joint.range)
-    angle = round(math.degrees(anatomy.stance[joint.qposadr[0]]), 1)
-    return float(np.clip(angle, math.ceil(10 * low) / 10, math.floor(10 * high) / 10)) + 0.0
+    slides = sliding(model)[joint.id]
+    unit, parts = (10_000, 10_000) if slides else (10, math.degrees(10))
+    low, high = parts * joint.range
+    steps = round(parts * anatomy.stance[joint.qposadr[0]])
+    return float(np.clip(steps, math.ceil(low), math.floor(high))) / unit + 0.0
 
 
 def _list(names: Sequence[str]) -> str:

@@ -3,6 +3,7 @@
 A servo drives its joint with the torque `stiffness · (command − angle) − damping · speed` of a DC
 motor, whose largest torque decreases linearly from the stall torque at rest to 0 at the no-load
 speed. It is implemented as MuJoCo's `dcmotor`; `commands.delayed_commands` delays its commands.
+For joints that slide, torques are forces in N, and angles are lengths in m.
 
 A hobby servo has the damping of its motor, stall torque / no-load speed, as its electronics apply a
 voltage proportional to the error, and back-EMF damps the motion. Gear friction, backlash and
@@ -14,8 +15,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
+from gaitsim.plugin import GaitsimError
 from gaitsim.plugin.toolkit import SERVOS, Servo
 from gaitsim_robot.anatomy import Anatomy
+from gaitsim_robot.chain import sliding
 from gaitsim_robot.linkage import standing_chains
 
 BAND = 0.25  # rad, largest error at which an unknown servo applies its full torque
@@ -26,6 +29,7 @@ STABLE = 0.005  # s, the same for a stiffness in a file: half the largest time s
 SPIN_UP = 0.01  # s, time in which stall torque spins an unloaded unknown servo up to no-load speed
 SHARE = 0.5  # × weight × reach of a leg, torque limit if the file has none
 LIFT = 2.0  # × weight × reach of a leg; higher torque limits in files are placeholders
+PUSH = 20.0  # × weight, the same for forces of slides, which may push on a tenth of a leg's lever
 SPEED = 10.0  # rad/s, speed limit if the file has none
 FASTEST = 50.0  # rad/s; higher speed limits in files are placeholders
 FROM_FILE = "the robot's file"
@@ -39,7 +43,8 @@ ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"
 
 - `model`: the limits, stiffness and damping in the robot's text. Missing limits are replaced by a
   torque of `SHARE` of the robot's weight times the reach of its longest leg, and by `SPEED`. Limits
-  beyond `LIFT` and `FASTEST` are placeholders, and are reduced to these values.
+  beyond `LIFT` and `FASTEST` are placeholders, and are reduced to these values. A slide has the
+  limits of a hinge with that reach as its lever, but `PUSH` for `LIFT`.
 - `ideal`: stiff, strong and without delay, to show what a gait could achieve.
 """
 
@@ -59,27 +64,42 @@ def joint_servos(
         model: `mujoco.MjModel` of the robot's text.
         anatomy: anatomy of the robot.
         name: name of the servo.
-        torque_limit: stall torque instead of the servo's, N m.
+        torque_limit: stall torque instead of the servo's, N m; not for slides, as all below but
+            the latency.
         speed_limit: no-load speed instead of the servo's, rad/s.
         latency: latency instead of the servo's, s.
         stiffness: stiffness instead of the servo's, N m/rad.
+
+    Raises:
+        GaitsimError: the servo turns, but a joint slides.
     """
-    weight = 9.81 * anatomy.mass * _reach(model, anatomy)
+    weight, reach = 9.81 * anatomy.mass, _reach(model, anatomy)
     servos = {}
     for joint in (*anatomy.joints, *anatomy.held):
+        slides = bool(sliding(model)[model.joint(joint).id])
+        limits = (None, None, None) if slides else (torque_limit, speed_limit, stiffness)
+        load, lever = (weight, reach) if slides else (weight * reach, 1.0)
         if name == "model":
-            servo = _servo_from_text(model, joint, weight, torque_limit, speed_limit, stiffness)
+            servo = _servo_from_text(model, joint, load, lever, *limits)
         elif name == "ideal":
-            servo = _assumed_servo(name, LIFT * weight, FASTEST, weight, "no real servo")
+            speed = FASTEST * lever
+            servo = _assumed_servo(name, LIFT * load, speed, load, lever, "no real servo")
+        elif slides:
+            raise GaitsimError(
+                f"the servo {name!r} turns joints, and the joint {joint!r} slides",
+                key="servo",
+                allowed="'model' or 'ideal' for robots whose motors drive slides",
+            )
         else:
             servo = SERVOS[name]
-        if stiffness is not None:
-            damping = servo.damping / servo.stiffness * stiffness
-            servo = replace(servo, stiffness=stiffness, damping=damping)
+        torque, speed_given, stiff = limits
+        if stiff is not None:
+            damping = servo.damping / servo.stiffness * stiff
+            servo = replace(servo, stiffness=stiff, damping=damping)
         servos[joint] = replace(
             servo,
-            stall_torque=servo.stall_torque if torque_limit is None else torque_limit,
-            no_load_speed=servo.no_load_speed if speed_limit is None else speed_limit,
+            stall_torque=servo.stall_torque if torque is None else torque,
+            no_load_speed=servo.no_load_speed if speed_given is None else speed_given,
             latency=servo.latency if latency is None else latency,
         )
     return servos
@@ -139,34 +159,50 @@ def set_servos(model: Any, servos: Mapping[str, Servo]) -> None:
 def _servo_from_text(
     model: Any,
     joint: str,
-    weight: float,
+    load: float,
+    lever: float,
     torque_limit: float | None,
     speed_limit: float | None,
     stiffness: float | None,
 ) -> Servo:
-    """Return the servo of a joint with the limits and the stiffness in the robot's text."""
+    """Return the servo of a joint with the limits and the stiffness in the robot's text.
+
+    Args:
+        model: `mujoco.MjModel` of the robot's text.
+        joint: name of the joint.
+        load: the robot's weight × reach, N m, or for a slide its weight, N.
+        lever: 1, or for a slide the reach, m, which converts angles and their speeds.
+        torque_limit: stall torque, as the next two in `joint_servos`.
+        speed_limit: no-load speed.
+        stiffness: stiffness.
+    """
     index = model.joint(joint).id
     torque = float(model.jnt_actfrcrange[index, 1]) if model.jnt_actfrclimited[index] else 0.0
     speed = float(model.jnt_user[index, 0]) if model.nuser_jnt else 0.0
+    kind, of_force, of_speed, of_stiffness = units_of(model, joint)
+    most = (LIFT if kind == "torque" else PUSH) * load
     notes = []
     if torque_limit is None:
-        assumed = f": {SHARE:g} × weight × reach of the longest leg"
-        notes.append(_assumption("torque", "N m", torque, LIFT * weight, assumed))
+        reach = " × reach of the longest leg" if kind == "torque" else ""
+        assumed = f": {SHARE:g} × weight{reach}"
+        notes.append(_assumption(kind, of_force, torque, most, assumed))
     if speed_limit is None:
-        notes.append(_assumption("speed", "rad/s", speed, FASTEST))
-    limit = min(torque_limit or torque or SHARE * weight, LIFT * weight)
+        notes.append(_assumption("speed", of_speed, speed, FASTEST * lever))
+    limit = min(torque_limit or torque or SHARE * load, most)
+    narrow = NARROW * lever
     given = float(model.jnt_user[index, 1]) if model.nuser_jnt > 1 and stiffness is None else 0.0
     if given:
-        reduced = _assumption("stiffness", "N m/rad", given, limit / NARROW)
-        notes.insert(0, reduced or f"stiffness {given:.3g} N m/rad")
+        reduced = _assumption("stiffness", of_stiffness, given, limit / narrow)
+        notes.insert(0, reduced or f"stiffness {given:.3g} {of_stiffness}")
         if not model.dof_armature[model.jnt_dofadr[index]]:
             notes.append("armature assumed")
-        given = min(given, limit / NARROW)
+        given = min(given, limit / narrow)
     servo = _assumed_servo(
         "model",
         limit,
-        min(speed_limit or speed or SPEED, FASTEST),
-        weight,
+        min(speed_limit or speed or SPEED * lever, FASTEST * lever),
+        load,
+        lever,
         "; ".join(filter(None, notes)) or FROM_FILE,
     )
     if not given:
@@ -191,9 +227,18 @@ def _assumption(quantity: str, unit: str, given: float, most: float, how: str = 
     return ""
 
 
-def _assumed_servo(name: str, torque: float, speed: float, weight: float, source: str) -> Servo:
-    """Return a servo for which only the limits are known."""
-    stiffness = max(torque / BAND, HOLD * weight)
+def units_of(model: Any, joint: str) -> tuple[str, str, str, str]:
+    """Return 'torque' or 'force', and the units of torque, speed and stiffness of a joint."""
+    if sliding(model)[model.joint(joint).id]:
+        return "force", "N", "m/s", "N/m"
+    return "torque", "N m", "rad/s", "N m/rad"
+
+
+def _assumed_servo(
+    name: str, torque: float, speed: float, load: float, lever: float, source: str
+) -> Servo:
+    """Return a servo for which only the limits are known; arguments as in `_servo_from_text`."""
+    stiffness = max(torque / (BAND * lever), HOLD * load / lever)
     damping = max(torque / speed, DAMPING_TIME * stiffness)
     armature = SPIN_UP * torque / speed
     return Servo(name, torque, speed, 0.0, stiffness, damping, armature, source)

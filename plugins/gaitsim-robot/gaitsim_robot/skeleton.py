@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.plugin import Link, Motion, Rig, Skeleton, product, rotated, turn_about
 from gaitsim.plugin.toolkit import Damage, place_on_slope
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import pose_data
+from gaitsim_robot.chain import pose_data, sliding
 from gaitsim_robot.damaged import is_stuck, lost_bodies
 from gaitsim_robot.figure import TRUNK, body_poses, figure
 from gaitsim_robot.simulation import Simulation
@@ -64,7 +64,7 @@ def passive_places(simulation: Simulation) -> Floats:
 
 
 def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | None:
-    """Return the rig of a robot; None if its linkages do not form a tree.
+    """Return the rig of a robot; None if its linkages do not form a tree, or motors drive slides.
 
     Joints outside the legs, stuck joints and joints of lost legs stay in the standing pose.
 
@@ -73,7 +73,8 @@ def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | No
         anatomy: anatomy of the robot with its damage.
         damage: damage of the robot.
     """
-    if model.eq_active0.any():  # mimic joints and closed linkages
+    slides = sliding(model)[[model.joint(name).id for name in anatomy.joints]]
+    if model.eq_active0.any() or slides.any():  # also mimic joints
         return None
     lost = lost_bodies(model, anatomy, damage)
     stuck = {one.part for one in damage if is_stuck(one)}

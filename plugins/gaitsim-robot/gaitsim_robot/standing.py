@@ -302,7 +302,7 @@ def _distance(metres: float) -> str:
 def mirror_angles(chain: Any, other: Any, angles: Floats) -> Floats:
     """Return the angles of `other` that mirror given angles of `chain`, clipped to the limits."""
     count = min(len(chain.zero), len(other.zero))
-    signs = ((chain.axes * [-1, 1, -1])[:count] * other.axes[:count]).sum(axis=1)
+    signs = (chain.mirrored_axes[:count] * other.axes[:count]).sum(axis=1)
     image = other.zero.copy()
     image[:count] += np.sign(signs) * (angles - chain.zero)[:count]
     within: Floats = np.clip(image, other.lower, other.upper)
@@ -312,7 +312,7 @@ def mirror_angles(chain: Any, other: Any, angles: Floats) -> Floats:
 def _with_common_limits(limb: Limb, other: Limb) -> tuple[Limb, Limb] | None:
     """Return two legs with the limits that they share, or None if they do not mirror each other."""
     chain, image = limb.chain, other.chain
-    axes = chain.axes * [-1, 1, -1]
+    axes = chain.mirrored_axes
     cosines = (axes * image.axes).sum(axis=1)
     middle = (limb.hip + other.hip)[1] / 2
     apart = (np.vstack([chain.anchors, chain.tip]) - [0, middle, 0]) * [1, -1, 1]

@@ -3,13 +3,14 @@
 The option `organism.model` contains the text, so that experiment files, checkpoints and champions
 include their robot.
 
-- The world has one body, the trunk, with a free joint. Every other joint is a hinge or slide. A
-  joint with a motor is a hinge with a range.
+- The world has one body, the trunk, with a free joint. Every other joint is a hinge or slide; those
+  with a motor have a range.
 - Every body has an explicit inertia.
 - Geoms are boxes, spheres, capsules, cylinders, ellipsoids, and convex meshes with their vertices
   in the text.
 - The largest torque of a joint is its `actuatorfrcrange`. Its `user` values are its largest speed,
-  rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown.
+  rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown. For slides,
+  they are in N, m/s, N/m and N·s/m.
 - Equality constraints represent mimic joints and closed linkages. Tendons are fixed and passive.
 - There is at most one keyframe, `stand`.
 - The actuators are the motors that the robot's file states, without their properties. If it states
@@ -179,8 +180,6 @@ def _check_body(body: Element, trunk: bool, motors: set[str | None]) -> None:
         driven = not motors or joint.get("name") in motors
         if not joint.get("name") or (driven and "range" not in joint.attrib):
             raise _invalid(f"a joint of body {name!r} has no name or no range")
-        if driven and joint.get("type") == "slide":
-            raise _invalid(f"a slide of body {name!r} has a motor", "motors of hinges")
         if min(map(float, joint.get("user", "0").split())) < 0:
             raise _invalid(f"a joint of body {name!r} has a servo with negative values")
         for key in ("range", "actuatorfrcrange"):
@@ -226,25 +225,28 @@ def compile_model(text: str) -> Any:
 
 @lru_cache(maxsize=16)
 def with_motors(text: str, names: tuple[str, ...]) -> str:
-    """Return a robot's text with motors in these joints alone, or in all hinges for ('all',).
+    """Return a robot's text with motors in these joints alone, or for ('all',) wherever possible.
 
     Raises:
-        RobotError: there is no such joint, or it does not turn.
+        RobotError: there is no such joint, or it slides without limits.
     """
     model = compile_model(text)
     root = parse(text.encode(), WHERE, encoding="utf-8")
-    hinges = {one.get("name", ""): one for one in root.iter("joint") if one.get("axis")}
+    found = {one.get("name", ""): one for one in root.iter("joint") if one.get("axis")}
+    endless = {
+        name for name, one in found.items() if one.get("type") == "slide" and not one.get("range")
+    }
     if names == ("all",):
-        names = tuple(name for name, one in hinges.items() if one.get("type") != "slide")
+        names = tuple(name for name in found if name not in endless)
     for name in names:
-        if name not in hinges:
+        if name not in found:
             joints = [model.joint(index).name for index in range(1, model.njnt)]
             raise unknown("joint", name, joints, key="motors")
-        if hinges[name].get("type") == "slide":
-            what = f"the joint {name!r} slides, and motors only turn joints"
-            raise RobotError(what, key="motors")
-        if "range" not in hinges[name].attrib:
-            hinges[name].set("range", "-1.5708 1.5708")
+        if name in endless:
+            what = f"the joint {name!r} slides without limits, and motors need some"
+            raise RobotError(what, key="motors", remedy="state its range in the robot's file")
+        if "range" not in found[name].attrib:
+            found[name].set("range", "-1.5708 1.5708")
     for actuator in root.findall("actuator"):
         root.remove(actuator)
     motors = SubElement(root, "actuator")

@@ -21,7 +21,7 @@ _IDENTITY = np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def urdf(model: Any, anatomy: Anatomy, servos: Mapping[str, Servo], meshes: str = "") -> str:
-    """Return a robot as URDF; '' if its linkages do not form a tree.
+    """Return a robot as URDF; '' if it has no rig.
 
     The trunk's frame has x forward, y to the left and z up. Joints outside the legs are fixed in
     the standing pose. Capsules are cylinders with spheres, and ellipsoids are boxes, as are meshes

@@ -1,5 +1,6 @@
 """Four-legged robots whose legs have passive joints, linkages or springs, as MJCF for tests."""
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -98,9 +99,40 @@ def pogo(n: str, x: float, y: float) -> Part:
     return bodies, "", servo(f"{n}_hip")
 
 
+def driven_pogo(n: str, x: float, y: float) -> Part:
+    """A driven hip, and a driven slide."""
+    bodies, _, hip = pogo(n, x, y)
+    bodies = bodies.replace('stiffness="600" damping="3"', 'damping="3" armature="0.05"')
+    slide = f'<position joint="{n}_slide" kp="2000" kv="40" forcerange="-60 60"/>'
+    return bodies, "", hip + slide
+
+
+def linear_actuator(n: str, x: float, y: float) -> Part:
+    """A driven hip, and a knee that a cylinder between thigh and shank bends."""
+    base, reach = -0.03, math.hypot(0.08, 0.05)
+    turn = math.atan2(0.05, 0.08)
+    bodies = (
+        f'<body name="{n}_thigh" pos="{x} {y} 0">{hinge(f"{n}_hip")}{rod(0, -THIGH)}'
+        f'<body name="{n}_shank" pos="0 0 {-THIGH}">{hinge(f"{n}_knee", "")}{rod(0.06, -SHANK)}'
+        f'{ball(0.06, -SHANK)}<site name="{n}_end_a" pos="-0.05 0 -0.01"/></body>'
+        f'<body name="{n}_tube" pos="0 0 {base}">{hinge(f"{n}_pin", "")}'
+        f'<geom type="capsule" fromto="0 0 0 {-reach / 2 * math.sin(turn)} 0 '
+        f'{-reach / 2 * math.cos(turn)}" size="0.005"/><body name="{n}_piston">'
+        f'<joint name="{n}_slide" type="slide" axis="{-math.sin(turn)} 0 {-math.cos(turn)}" '
+        f'range="-0.02 0.02" damping="3" armature="0.05"/>'
+        f'<geom size="0.006" pos="-0.05 0 -0.08"/><site name="{n}_end_b" pos="-0.05 0 -0.08"/>'
+        "</body></body></body>"
+    )
+    slide = f'<position joint="{n}_slide" kp="8000" kv="80" forcerange="-100 100"/>'
+    closure = f'<connect site1="{n}_end_a" site2="{n}_end_b"/>'
+    return bodies, closure, servo(f"{n}_hip") + slide
+
+
 MECHANISMS: dict[str, Callable[[str, float, float], Part]] = {
-    one.__name__: one for one in (five_bar, parallelogram, spring_knee, toe, mimic, pogo)
-}
+    one.__name__: one for one in (
+        five_bar, parallelogram, spring_knee, toe, mimic, pogo, driven_pogo, linear_actuator,
+    )
+}  # fmt: skip
 
 
 def mechanism(

@@ -99,7 +99,7 @@ def test_the_jacobian_is_the_derivative_of_the_kinematics():
     nudge = 1e-6 * np.eye(len(angles))
     slope = (chain.place(angles + nudge) - chain.place(angles - nudge)) / 2e-6
     tips, _, anchors, axes = chain._pose(angles - chain.zero)
-    assert jacobian(tips, anchors, axes)[:3] == pytest.approx(slope.T, abs=1e-8)
+    assert jacobian(tips, anchors, axes, chain.slides)[:3] == pytest.approx(slope.T, abs=1e-8)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

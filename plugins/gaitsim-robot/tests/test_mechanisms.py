@@ -23,6 +23,8 @@ DRIVEN = {
     "toe": (("hip", "knee"), ("mtp",)),
     "mimic": (("hip",), ("knee",)),
     "pogo": (("hip",), ("slide",)),
+    "driven_pogo": (("hip", "slide"), ()),
+    "linear_actuator": (("hip", "slide"), ("knee", "pin")),
 }
 """Driven and passive joints of a leg."""
 
@@ -55,7 +57,7 @@ def test_only_joints_with_an_actuator_have_a_motor(name, tmp_path):
         assert {f"{prefix}_{joint}" for joint in passive} <= {*anatomy.passive}
     assert not anatomy.held
     free = [model.joint(f"FL_{joint}").id for joint in passive]
-    assert bool(model.jnt_limited[free].all()) == (name in ("spring_knee", "pogo"))
+    assert bool(model.jnt_limited[free].all()) == (name in ("spring_knee", "pogo", "driven_pogo"))
 
 
 def five_bar_tip(turned):
@@ -78,10 +80,23 @@ def turned(point, angle):
                      z * math.cos(angle) - x * math.sin(angle)])  # fmt: skip
 
 
+def cylinder_tip(q):
+    """Return the foot below the hip: the cylinder closes a triangle with the knee, (2,) m."""
+    near, far, length = 0.07, math.hypot(0.05, 0.01), math.hypot(0.08, 0.05)
+
+    def corner(side):
+        return math.acos((near**2 + far**2 - side**2) / (2 * near * far))
+
+    knee = corner(length) - corner(length + q[1])
+    return turned((0, -THIGH), q[0]) + turned((0.06, -SHANK), q[0] + knee)
+
+
 CLOSED_FORMS = {
     "five_bar": five_bar_tip,
     # The rod keeps the shank parallel to the crank.
     "parallelogram": lambda q: turned((0, -THIGH), q[0]) + turned((0.03, -SHANK), q[1]),
+    "driven_pogo": lambda q: turned((0, -THIGH - 0.06 + q[1]), q[0]),
+    "linear_actuator": cylinder_tip,
     "mimic": lambda q: turned((0.05, -THIGH), q[0]) + turned((-0.05, -SHANK), q[0] - 2 * q[0]),
 }
 
@@ -89,10 +104,11 @@ CLOSED_FORMS = {
 @pytest.mark.parametrize("name", CLOSED_FORMS)
 def test_a_linkage_moves_as_in_closed_form(name, tmp_path):
     _, chain = chain_of(name, tmp_path)
-    assert isinstance(chain, Linkage)
+    assert isinstance(chain, Linkage) == (name != "driven_pogo")
     rest, form = chain.place(chain.zero), CLOSED_FORMS[name]
     chance = np.random.default_rng(1)
-    angles = chance.uniform(-0.5, 0.5, (40, len(chain.zero)))
+    scale = np.where(chain.slides, 0.018, 0.5)
+    angles = scale * chance.uniform(-1, 1, (40, len(chain.zero)))
     expected = np.array([form(one) - form(np.zeros(2)) for one in angles])
     moved = chain.place(angles) - rest
     np.testing.assert_allclose(moved[:, [0, 2]], expected, atol=1e-5)
@@ -134,8 +150,11 @@ def test_the_option_motors_answers_which_joints_are_driven(tmp_path):
     with pytest.raises(GaitsimError, match="FL_b"):
         Robot(model=file.text, motors=("FL_c",))
     pogo, *_ = read("pogo", tmp_path)
-    with pytest.raises(GaitsimError, match="slides"):
-        Robot(model=pogo.text, motors=("FL_slide",))
+    legs = Robot(model=pogo.text, motors=("all",)).anatomy.legs
+    assert legs[0].joints == ("FL_hip", "FL_slide")
+    endless = pogo.text.replace('range="-0.05 0.05"', "")
+    with pytest.raises(GaitsimError, match="slides without limits"):
+        Robot(model=endless, motors=("FL_slide",))
     # A passive joint without limits gets some with its motor.
     mimic, *_ = read("mimic", tmp_path)
     model = compile_model(with_motors(mimic.text, ("FL_hip", "FL_knee")))

@@ -12,7 +12,6 @@ from stick import quadruped_spec, servoed_stick, simulation_of, standing_quadrup
 from gaitsim.legged import SERVOS
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.loading import describe_robot
-from gaitsim_robot.organism import Robot
 from gaitsim_robot.rollout import delayed_commands
 from gaitsim_robot.servos import DAMPING_TIME, FROM_FILE, NARROW, STABLE, ServoName, joint_servos
 
@@ -201,7 +200,9 @@ def test_limits_that_are_not_those_of_the_file_are_described_as_assumed():
         assert ("torque" in servos["FL_knee"].source) == bool(expected)
         assert expected in servos["FL_knee"].source
         assert "torque assumed" in servos["FR_knee"].source
-    facts = describe_robot(Robot(model="quadruped").simulation, servos, {})["Servos"]
+    facts = describe_robot(simulation_of(mujoco.MjSpec.from_string(text), "model")[0], servos, {})[
+        "Servos"
+    ]
     assumed = [limits for joints, limits in facts.items() if joints.startswith("FL_roll")]
     assert "N m, 10 rad/s (torque assumed" in assumed[0]
     given = joint_servos(model, find_anatomy(model), torque_limit=3, speed_limit=5)

@@ -56,7 +56,6 @@ def test_robots_texts_pass_and_compile():
         ('range="-1 1"', 'range="-1"'),
         ('range="-1 1"', 'range="1 -1"'),
         ('range="-1 1"', ""),
-        ('axis="0 1 0"', 'type="slide" axis="0 1 0"'),
         ('type="sphere"', 'type="plane"'),
         ('type="sphere"', 'type="mesh"'),
         ('mass="1"', 'mass="0"'),

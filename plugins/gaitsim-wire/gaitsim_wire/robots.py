@@ -29,13 +29,14 @@ def robot_of(experiment: Experiment) -> Robot:
     """Return the robot of an experiment.
 
     Raises:
-        GaitsimError: the body is not a robot in MuJoCo.
+        GaitsimError: the body is not a robot in MuJoCo, or has joints that slide.
     """
     organism: Organism = experiment.organism
-    if isinstance(organism, Robot) and organism.engine == "mujoco":
+    turns = not organism.sliding_joints()  # as servos do
+    if isinstance(organism, Robot) and organism.engine == "mujoco" and turns:
         return organism
     raise GaitsimError(
-        f"the body {experiment.entries['organism'].name!r} has no servos in MuJoCo",
+        f"the body {experiment.entries['organism'].name!r} has no servos in MuJoCo, or slides",
         where=f"experiment {experiment.name}",
         allowed="a robot, such as those of the presets 'hexapod' and 'quadruped', or a robot file",
     )

@@ -16,7 +16,7 @@ DEGREES = 25.0  # rad; larger limits look like degrees, as files without limits 
 
 
 def repair_joints(robot: RobotTree) -> None:
-    """Free the trunk, leave hinges and passive slides, fuse fixed bodies, and limit hinges.
+    """Free the trunk, leave hinges and slides, fuse fixed bodies, and limit hinges.
 
     Bodies keep their positions in the initial pose, in which all joints are at zero.
     """
@@ -33,9 +33,9 @@ def repair_joints(robot: RobotTree) -> None:
     check_count(sum(1 for _ in root.walk()), BODIES, "moving links", robot.name)
     if not any(joint.driven for joint in robot.joints):
         raise RobotError(
-            "the robot has no joint that turns by a motor",
+            "the robot has no joint that a motor moves",
             where=robot.name,
-            allowed="at least one revolute or hinge joint; if the file has actuators or "
+            allowed="at least one hinge or slide with limits; if the file has actuators or "
             "transmissions, they must drive it",
         )
     _warn_of_degrees(robot)
@@ -72,7 +72,9 @@ def _assume_motors(robot: RobotTree) -> None:
 
 
 def _replace_joints(robot: RobotTree) -> None:
-    """Replace passive balls by three hinges, and fix other joints than hinges and passive slides.
+    """Replace passive balls by three hinges, and fix other joints than hinges and slides.
+
+    Slides with a motor need limits.
 
     The axes of the three hinges are orthogonal, and their inertia, springs and damping about each
     axis are those of the ball as long as it turns little.
@@ -83,7 +85,8 @@ def _replace_joints(robot: RobotTree) -> None:
     for body in robot.root.walk():
         kept: list[TreeJoint] = []
         for joint in body.joints:
-            if joint.kind == "hinge" or (joint.kind == "slide" and not joint.driven):
+            limited = joint.range is not None and np.abs(joint.range).max() <= LARGEST
+            if joint.kind == "hinge" or (joint.kind == "slide" and (limited or not joint.driven)):
                 kept.append(joint)
             elif joint.kind == "ball" and not joint.driven:
                 balls.append(joint.name)
@@ -100,8 +103,9 @@ def _replace_joints(robot: RobotTree) -> None:
     if driven:
         robot.warnings.append(
             f"joints with a motor that gaitsim cannot drive are fixed at 0: "
-            f"{format_names(driven)}; drive hinges instead, such as three for a ball, or remove "
-            "the motors from the file's actuators or transmissions to leave these joints passive"
+            f"{format_names(driven)}; state the limits of slides, drive three hinges in place of a "
+            "ball, or remove the motors from the file's actuators or transmissions to leave these "
+            "joints passive"
         )
 
 
@@ -216,7 +220,7 @@ def _assume_limits(robot: RobotTree) -> None:
         elif joint.range is None:
             missing.append(joint.name)
             joint.range = (joint.reference - ASSUMED, joint.reference + ASSUMED)
-        elif not all(abs(limit) <= TURN for limit in joint.range):
+        elif joint.kind == "hinge" and not all(abs(limit) <= TURN for limit in joint.range):
             endless.append(joint.name)
             low, high = joint.range
             turn = joint.reference - math.pi, joint.reference + math.pi

@@ -71,7 +71,8 @@ class TreeJoint:
         kind: hinge, slide, ball or free.
         driven: whether a motor drives the joint; otherwise it is passive.
         axis, position: axis and position in the body, (3,).
-        range: smallest and largest angle, rad; None if the file has no limits.
+        range: smallest and largest angle, rad; None if the file has no limits. For a slide, m for
+            rad, and N for N·m, here and below.
         torque: largest torque, N·m; 0 if unknown.
         speed: largest speed, rad/s; 0 if unknown.
         damping, armature, friction, stiffness, reference, spring_reference: MuJoCo's attributes.
@@ -95,6 +96,20 @@ class TreeJoint:
     servo_stiffness: float = 0.0
     servo_damping: float = 0.0
     driven: bool = True
+
+    def rescale(self, length: float, mass: float) -> None:
+        """Multiply lengths and masses, as `RobotTree.rescale`."""
+        self.position = length * self.position
+        if self.kind != "slide":
+            self.armature *= mass * length**2
+            return
+        self.armature *= mass
+        for name in ("speed", "reference", "spring_reference"):
+            setattr(self, name, length * getattr(self, name))
+        for name in ("stiffness", "damping", "servo_stiffness", "servo_damping"):
+            setattr(self, name, getattr(self, name) / length)
+        if self.range is not None:
+            self.range = length * self.range[0], length * self.range[1]
 
 
 @dataclass(eq=False)
@@ -219,16 +234,7 @@ class RobotTree:
                 shape.size = length * shape.size
                 shape.vertices = None if shape.vertices is None else length * shape.vertices
             for joint in body.joints:
-                joint.position = length * joint.position
-                if joint.kind == "slide":
-                    joint.armature *= mass
-                    joint.stiffness /= length
-                    joint.reference *= length
-                    joint.spring_reference *= length
-                    if joint.range is not None:
-                        joint.range = length * joint.range[0], length * joint.range[1]
-                else:
-                    joint.armature *= mass * length**2
+                joint.rescale(length, mass)
         if self.stand is not None:
             place, angles = self.stand
             place.position = length * place.position

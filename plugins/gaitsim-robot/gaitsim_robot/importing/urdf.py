@@ -145,7 +145,7 @@ class _UrdfReader:
             if not any(joint.kind == "free" for joint in body.joints):
                 continue
             joint = body.joints[0].name
-            if _hinges(body) == _hinges(root):
+            if _moving(body) == _moving(root):
                 rest = {one.name for one in root.walk()} - {one.name for one in body.walk()}
                 report(self._repairs, "dropped links outside the floating robot", sorted(rest))
                 body.joints, body.place = [], Place()
@@ -298,7 +298,7 @@ class _UrdfReader:
             for key in ("lower", "upper", "effort", "velocity")
         )
         joint.torque, joint.speed = max(torque, 0.0), max(speed, 0.0)
-        if kind == "revolute" and element.find("limit[@lower][@upper]") is not None:
+        if kind in ("revolute", "prismatic") and element.find("limit[@lower][@upper]") is not None:
             if low == high:
                 self._repairs.append(f"joint {name!r} fixed, because its range is empty")
                 return None
@@ -320,5 +320,6 @@ def _get(element: Element, path: str, key: str) -> str | None:
     return None if found is None else found.get(key)
 
 
-def _hinges(body: Body) -> int:
-    return sum(joint.kind == "hinge" for part in body.walk() for joint in part.joints)
+def _moving(body: Body) -> int:
+    kinds = ("hinge", "slide")
+    return sum(joint.kind in kinds for part in body.walk() for joint in part.joints)
