@@ -48,7 +48,8 @@ def joints_figure(
 ) -> "Figure":
     """Plot a channel of the joints, by default the angles, shaded while the foot is in stance.
 
-    Angles are in degrees, and lengths of joints that slide in millimetres. If torques come near the stall torque, a line marks it.
+    Angles are in degrees, and lengths of joints that slide in millimetres. If torques come near the
+    stall torque, a line marks it.
     """
     require_joints(individual)
     signal = _signal_of(individual, channel or "joint_angles")

@@ -48,7 +48,7 @@ def apply_damage(
         squared = 1.0 if sliding(model)[joint.id] else anatomy.length**2
         angle = float(stance[joint.qposadr[0]])
         _lock(spec.joint(name), angle, LOCKED * anatomy.mass * squared)
-    _deactivate_constraints(spec, of_lost, lost)
+    _deactivate_constraints(spec, model, of_lost, lost)
     weaker = {
         one.part: _damaged_servo(servos[one.part], one) for one in damage if one.part in servos
     }
@@ -110,13 +110,20 @@ def _lock(joint: Any, angle: float, armature: float) -> None:
     joint.frictionloss = 0.0
 
 
-def _deactivate_constraints(spec: Any, joints: Sequence[str], lost: set[int]) -> None:
-    """Deactivate the mimic joints and closed linkages of lost legs."""
+def _deactivate_constraints(spec: Any, model: Any, joints: Sequence[str], lost: set[int]) -> None:
+    """Deactivate the mimic joints, closed linkages and taut tendons of lost legs."""
     import mujoco
 
+    ids = [model.joint(name).id for name in joints]
+    taut = [
+        model.tendon(index).name
+        for index, (first, count) in enumerate(zip(model.tendon_adr, model.tendon_num, strict=True))
+        if np.isin(model.wrap_objid[first : first + count], ids).any()
+    ]
     sites = [site.name for site in spec.sites if site.parent.id in lost]
+    kinds = {mujoco.mjtEq.mjEQ_JOINT: joints, mujoco.mjtEq.mjEQ_TENDON: taut}
     for constraint in spec.equalities:
-        gone = joints if constraint.type == mujoco.mjtEq.mjEQ_JOINT else sites
+        gone = kinds.get(constraint.type, sites)
         if constraint.name1 in gone or constraint.name2 in gone:
             constraint.active = 0
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gaitsim_robot.anatomy import Floats, Side
 from gaitsim_robot.chain import Chain, sliding
-from gaitsim_robot.linkage import chain_to, joints_to, loops, motors
+from gaitsim_robot.linkage import chain_to, joints_to, loops, motors, ties
 from gaitsim_robot.shapes import RobotSurface, surfaces
 
 Indices = NDArray[np.intp]
@@ -28,7 +28,7 @@ class Limb:
 
     Attributes:
         joints: driven joints from the hip to the foot, then those of other branches of a closed
-            linkage, without joints shared with other limbs, (joints,).
+            linkage, without joints shared with other limbs, then pulleys of tendons, (joints,).
         bodies: bodies of the foot and its toes, which touch the ground, (bodies,).
         parts: all bodies that only this limb moves, (bodies,).
         chain: chain from the hip to the tip, which is the middle of a ball.
@@ -80,6 +80,7 @@ class Tree:
         self.weld = np.asarray(model.body_weldid, np.intp)
         self.motors = motors(model)
         self.loops = [around for _, _, around in loops(model)]
+        self.ties = ties(model)
         self.parent = {
             int(group): int(self.weld[model.body_parentid[group]])
             for group in np.unique(self.weld)
@@ -189,14 +190,16 @@ class Tree:
     def _create_limb(self, groups: set[int], end: int) -> Limb | None:
         model, data = self.model, self.data
         path = [group for group in self._path(end) if group in groups]
-        joints = [
+        inside = [
             joint
             for group in (*path, *sorted(groups - {*path}))
             for joint in range(
                 model.body_jntadr[group], model.body_jntadr[group] + model.body_jntnum[group]
             )
-            if joint in self.motors
         ]
+        joints = [joint for joint in inside if joint in self.motors]
+        pulleys = [tie.keys() - {*inside} for tie in self.ties if tie.keys() & {*inside}]
+        joints += sorted(joint for some in pulleys if some <= self.motors for joint in some)
         foot = self._below(end)
         of_foot = self.surfaces.points_on(foot)
         if not joints or not len(of_foot):

@@ -1,4 +1,4 @@
-"""Legs whose driven joints move others: closed linkages, such as five-bars, and coupled joints."""
+"""Legs whose driven joints move others: closed linkages, coupled joints, and tendons."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -46,6 +46,8 @@ class Linkage(Chain):
         holder: index of the joint that carries the tip.
         pins: pairs of points that coincide: index of the joint that carries each, −1 for the
             trunk, (pins, 2), and the points in the pose `zero`, (pins, 2, 3) m.
+        ties: matrix A and vector b of linear couplings by tendons A · angles = b, (ties, joints)
+            and (ties,), each followed by the balance of the springs that share a tendon.
         couplings: follower, leader, and the coefficients c of follower = Σ cᵢ leaderⁱ, with angles
             relative to `origin`.
         origin: angles of the initial pose, (joints,) rad.
@@ -61,6 +63,7 @@ class Linkage(Chain):
     dependent: Indices
     holder: int
     pins: tuple[Indices, Floats]
+    ties: tuple[Floats, Floats]
     couplings: tuple[tuple[int, int, Floats], ...]
     origin: Floats
     addresses: Indices
@@ -159,7 +162,7 @@ class Linkage(Chain):
         """Return the derivatives of a carried point by all joints, (…, 3, joints) m/rad."""
         if joint < 0:
             return np.zeros((*place.shape, len(self.start)))
-        moved = jacobian(place, *frames[2:], self.every_slides)[..., :3, :]
+        moved = jacobian(place, frames[2], frames[3], self.every_slides)[..., :3, :]
         return np.asarray(moved * self.carriers[joint])
 
     def _gaps(self, frames: Sequence[Floats], angles: Floats) -> tuple[Floats, Floats]:
@@ -171,6 +174,10 @@ class Linkage(Chain):
             gaps.append(there - here)
             slopes.append(self._motion(frames, one, here) - self._motion(frames, other, there))
         size = self.length
+        matrix, wanted = self.ties
+        if len(matrix):
+            gaps.append(size * (wanted - multiply(matrix, angles)))
+            slopes.append(np.broadcast_to(size * matrix, (*angles.shape[:-1], *matrix.shape)))
         for follower, leader, coefficients in self.couplings:
             x, y = (angles[..., joint] - self.origin[joint] for joint in (leader, follower))
             power, value, rate = np.ones_like(x), np.zeros_like(x), np.zeros_like(x)
@@ -212,8 +219,8 @@ def chain_to(model: Any, data: Any, joints: Any, tip: Floats, foot: int) -> Chai
     """
     plain = leg_chain(model, data, joints, tip)
     own = set(map(int, joints))
-    pins, couplings, moving = _constraints(model, own, joints_to(model, foot))
-    if not (pins or couplings):
+    pins, couplings, taut, moving = _constraints(model, own, joints_to(model, foot))
+    if not (pins or couplings or taut):
         return plain
     order = np.array(sorted(own | moving), np.intp)
     paths = [joints_to(model, int(body)) for body in model.jnt_bodyid[order]]
@@ -252,6 +259,7 @@ def chain_to(model: Any, data: Any, joints: Any, tip: Floats, foot: int) -> Chai
         dependent=dependent,
         holder=_last(order, joints_to(model, foot)),
         pins=(np.array(holders, np.intp).reshape(-1, 2), np.array(points).reshape(-1, 2, 3)),
+        ties=_ties(model, order, dependent, taut),
         couplings=tuple((at[one], at[other], factors) for one, other, factors in couplings),
         origin=model.qpos0[model.jnt_qposadr[order]].copy(),
         addresses=model.jnt_qposadr[order[dependent]],
@@ -270,7 +278,13 @@ def joints_to(model: Any, body: int) -> list[int]:
 
 def motors(model: Any) -> set[int]:
     """Return the joints with a motor: those that the robot's text states, or else all."""
-    return set(model.actuator_trnid[:, 0].tolist()) or set(range(1, model.njnt))
+    import mujoco
+
+    pulled = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
+    joints = set(model.actuator_trnid[~pulled, 0].tolist())
+    tendons = model.actuator_trnid[pulled, 0].tolist()
+    joints |= {model.joint(model.tendon(one).name).id for one in tendons}  # their pulleys
+    return joints or set(range(1, model.njnt))
 
 
 def loops(model: Any) -> list[tuple[tuple[int, int], bool, set[int]]]:
@@ -283,17 +297,54 @@ def loops(model: Any) -> list[tuple[tuple[int, int], bool, set[int]]]:
     import mujoco
 
     found = []
-    for one, other, kind in zip(model.eq_obj1id, model.eq_obj2id, model.eq_type, strict=True):
-        if kind != mujoco.mjtEq.mjEQ_JOINT:
-            ends = [set(joints_to(model, int(model.site_bodyid[site]))) for site in (one, other)]
-            weld = kind == mujoco.mjtEq.mjEQ_WELD
-            found.append(((int(one), int(other)), weld, ends[0] ^ ends[1]))
+    for index in np.flatnonzero(model.eq_objtype == mujoco.mjtObj.mjOBJ_SITE):
+        one, other = int(model.eq_obj1id[index]), int(model.eq_obj2id[index])
+        ends = [set(joints_to(model, int(model.site_bodyid[site]))) for site in (one, other)]
+        weld = model.eq_type[index] == mujoco.mjtEq.mjEQ_WELD
+        found.append(((one, other), bool(weld), ends[0] ^ ends[1]))
     return found
+
+
+def ties(model: Any) -> list[dict[int, float]]:
+    """Return the joints that each taut tendon couples, with their coefficients."""
+    import mujoco
+
+    found = []
+    for tendon in model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON]:
+        first = int(model.tendon_adr[tendon])
+        wraps = slice(first, first + int(model.tendon_num[tendon]))
+        pairs = zip(model.wrap_objid[wraps].tolist(), model.wrap_prm[wraps].tolist(), strict=True)
+        found.append(dict(pairs))
+    return found
+
+
+def _ties(
+    model: Any, order: Indices, dependent: Indices, taut: list[dict[int, float]]
+) -> tuple[Floats, Floats]:
+    """Return the linear equations of taut tendons, as in `Linkage.ties`.
+
+    Where tendons leave dependent joints free, springs without load balance: N · K · (angles − rest)
+    = 0, with the free motions N, (free, joints), and the stiffness K.
+    """
+    rows = np.array([[tie.get(int(joint), 0.0) for joint in order] for tie in taut])
+    rows = rows.reshape(-1, len(order))
+    rows /= np.abs(rows).max(axis=1, initial=1e-9, keepdims=True)
+    tied = dependent[rows[:, dependent].any(axis=0)]
+    _, sizes, motions = np.linalg.svd(rows[:, tied])
+    free = motions[int((sizes > 1e-9).sum()) :]
+    stiffness = model.jnt_stiffness[order[tied]]
+    balance = np.zeros((len(free), len(order)))
+    balance[:, tied] = free * stiffness / max(stiffness.max(initial=0.0), 1e-9)
+    address = model.jnt_qposadr[order]
+    wanted = [rows @ model.qpos0[address], balance @ model.qpos_spring[address]]
+    return np.vstack([rows, balance]), np.concatenate(wanted)
 
 
 def _constraints(
     model: Any, own: set[int], path: list[int]
-) -> tuple[dict[tuple[int, int], bool], list[tuple[int, int, Floats]], set[int]]:
+) -> tuple[
+    dict[tuple[int, int], bool], list[tuple[int, int, Floats]], list[dict[int, float]], set[int]
+]:
     """Return the constraints of a leg.
 
     Args:
@@ -302,7 +353,8 @@ def _constraints(
         path: the joints between trunk and foot.
 
     Returns:
-        Pinned sites and whether they are welded; couplings; and the joints that these move.
+        Pinned sites and whether they are welded; couplings; taut tendons; and the joints that these
+        move.
     """
     import mujoco
 
@@ -310,9 +362,14 @@ def _constraints(
     of_leg, moving = own | set(path) - others, set()
     pins: dict[tuple[int, int], bool] = {}
     couplings: dict[tuple[int, int], Floats] = {}
-    closed = loops(model)
+    taut: list[dict[int, float]] = []
+    closed, tied = loops(model), ties(model)
     while True:
-        before = len(pins) + len(couplings)
+        before = len(pins) + len(couplings) + len(taut)
+        for tie in tied:
+            if tie.keys() & of_leg and not tie.keys() & others and tie not in taut:
+                taut.append(tie)
+                moving |= tie.keys() - own
         for sites, weld, around in closed:
             if around & of_leg and sites not in pins:
                 pins[sites] = weld
@@ -324,9 +381,9 @@ def _constraints(
                 couplings[pair] = model.eq_data[index, :5].copy()
                 moving |= passive
         of_leg |= moving
-        if len(pins) + len(couplings) == before:
+        if len(pins) + len(couplings) + len(taut) == before:
             break
-    return pins, [(*pair, factors) for pair, factors in couplings.items()], moving
+    return pins, [(*pair, factors) for pair, factors in couplings.items()], taut, moving
 
 
 def _last(order: Indices, path: list[int]) -> int:

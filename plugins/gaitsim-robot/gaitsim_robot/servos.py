@@ -13,6 +13,7 @@ heating are not modelled.
 import math
 from collections.abc import Mapping
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any, Literal
 
 from gaitsim.plugin import GaitsimError
@@ -105,7 +106,9 @@ def joint_servos(
     return servos
 
 
-def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
+def add_servos(
+    spec: Any, servos: Mapping[str, Servo], pulling: Mapping[str, float] = MappingProxyType({})
+) -> None:
     """Add an actuator for each servo, named after its joint.
 
     The control of an actuator is the commanded angle, which is clipped to the range of the joint.
@@ -115,16 +118,19 @@ def add_servos(spec: Any, servos: Mapping[str, Servo]) -> None:
     Args:
         spec: MuJoCo's specification of the robot's text, changed in place.
         servos: servos by the names of their joints.
+        pulling: angle per length of the tendons that servos pull, by the names of their pulleys.
     """
     import mujoco
 
     for name, servo in servos.items():
         joint = spec.joint(name)
         joint.actfrclimited = mujoco.mjtLimited.mjLIMITED_FALSE
-        joint.armature = max(joint.armature, servo.armature)
-        actuator = spec.add_actuator(
-            name=name, target=name, trntype=mujoco.mjtTrn.mjTRN_JOINT, ctrlrange=joint.range
-        )
+        kind = mujoco.mjtTrn.mjTRN_TENDON if name in pulling else mujoco.mjtTrn.mjTRN_JOINT
+        actuator = spec.add_actuator(name=name, target=name, trntype=kind, ctrlrange=joint.range)
+        if name in pulling:
+            actuator.gear[0] = pulling[name]
+        else:
+            joint.armature = max(joint.armature, servo.armature)
         actuator.ctrllimited = mujoco.mjtLimited.mjLIMITED_TRUE
         if not servo.stall_torque:
             actuator.set_to_motor()

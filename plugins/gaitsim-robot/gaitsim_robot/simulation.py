@@ -279,9 +279,12 @@ def build(
     height = float(anatomy.stance[2])
     if damage:
         anatomy, servos = apply_damage(spec, anatomy, servos, damage)
+    pulling = {}
     for motor in spec.actuators:  # of the text, without properties
+        if motor.trntype == mujoco.mjtTrn.mjTRN_TENDON:
+            pulling[motor.target] = float(motor.gear[0])
         spec.delete(motor)
-    add_servos(spec, servos)
+    add_servos(spec, servos, pulling)
     for name in anatomy.rolling:
         spec.joint(name).limited = mujoco.mjtLimited.mjLIMITED_FALSE
         spec.actuator(name).ctrllimited = mujoco.mjtLimited.mjLIMITED_FALSE
@@ -301,11 +304,13 @@ def build(
             objname=f"world: foot {leg.name}",
         )
     _add_contact_sensor(spec, "belly", trunk.name, ("FOUND",), _NETFORCE)
+    kinds, objects = mujoco.mjtSensor, mujoco.mjtObj
     for joint in anatomy.joints:
+        pulls = joint in pulling
         spec.add_sensor(
             name=f"torque {joint}",
-            type=mujoco.mjtSensor.mjSENS_JOINTACTFRC,
-            objtype=mujoco.mjtObj.mjOBJ_JOINT,
+            type=kinds.mjSENS_ACTUATORFRC if pulls else kinds.mjSENS_JOINTACTFRC,
+            objtype=objects.mjOBJ_ACTUATOR if pulls else objects.mjOBJ_JOINT,
             objname=joint,
         )
     model = spec.compile()
@@ -316,7 +321,8 @@ def build(
 
     legs = tuple(leg.name for leg in anatomy.legs)
     qpos = np.array([model.joint(name).qposadr[0] for name in anatomy.joints], np.intp)
-    rest = anatomy.stance[model.jnt_qposadr[model.actuator_trnid[:, 0]]]
+    servoed = [model.joint(model.actuator(index).name).id for index in range(model.nu)]
+    rest = anatomy.stance[model.jnt_qposadr[servoed]]
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
     start, stands, effort = settle(model, anatomy.stance, rest, belly, height)

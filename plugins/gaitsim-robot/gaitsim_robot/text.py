@@ -11,7 +11,9 @@ include their robot.
 - The largest torque of a joint is its `actuatorfrcrange`. Its `user` values are its largest speed,
   rad/s, and the stiffness, N·m/rad, and damping, N·m·s/rad, of its servo, 0 if unknown. For slides,
   they are in N, m/s, N/m and N·s/m.
-- Equality constraints represent mimic joints and closed linkages. Tendons are fixed and passive.
+- Equality constraints represent mimic joints, closed linkages and couplings by tendons. Tendons are
+  fixed. The motor of a tendon moves a joint of the same name, its pulley, which such a coupling
+  turns by `gear` times the tendon's length.
 - There is at most one keyframe, `stand`.
 - The actuators are the motors that the robot's file states, without their properties. If it states
   none, each joint has a motor, and there are actuators only if joints follow others.
@@ -73,6 +75,7 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
     },
     ("mujoco", "equality", "connect"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
     ("mujoco", "equality", "weld"): {"name": _NAME, "site1": _NAME, "site2": _NAME},
+    ("mujoco", "equality", "tendon"): {"name": _NAME, "tendon1": _NAME},
     ("mujoco", "tendon"): {},
     ("mujoco", "tendon", "fixed"): {
         "name": _NAME, "stiffness": _count(1), "damping": _count(1), "frictionloss": _count(1),
@@ -80,7 +83,7 @@ _ELEMENTS: dict[tuple[str, ...], Mapping[str, _Kind]] = {
     },
     ("mujoco", "tendon", "fixed", "joint"): {"joint": _NAME, "coef": _count(1)},
     ("mujoco", "actuator"): {},
-    ("mujoco", "actuator", "motor"): {"joint": _NAME},
+    ("mujoco", "actuator", "motor"): {"joint": _NAME, "tendon": _NAME, "gear": _count(1)},
     ("mujoco", "keyframe"): {},
     ("mujoco", "keyframe", "key"): {"name": frozenset({"stand"}), "qpos": _count(8, 2000)},
     ("body",): _PLACE,
@@ -121,7 +124,7 @@ def check_text(text: str) -> None:
             f"the robot's text has {len(trunks)} trunks and {len(bodies)} bodies",
             f"one trunk, with at most {BODIES} bodies",
         )
-    motors = {motor.get("joint") for motor in root.iter("motor")}
+    motors = {motor.get("joint") or motor.get("tendon") for motor in root.iter("motor")}
     for body in bodies:
         _check_body(body, body is trunks[0], motors)
     for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES), ("motor", BODIES)):
@@ -247,11 +250,12 @@ def with_motors(text: str, names: tuple[str, ...]) -> str:
             raise RobotError(what, key="motors", remedy="state its range in the robot's file")
         if "range" not in found[name].attrib:
             found[name].set("range", "-1.5708 1.5708")
+    pulling = {one.get("tendon"): one.attrib for one in root.iter("motor")}
     for actuator in root.findall("actuator"):
         root.remove(actuator)
     motors = SubElement(root, "actuator")
     for name in names:
-        SubElement(motors, "motor", joint=name)
+        SubElement(motors, "motor", pulling.get(name, {"joint": name}))
     changed = tostring(root, "unicode")
     check_text(changed)
     trust(changed)

@@ -107,6 +107,30 @@ def driven_pogo(n: str, x: float, y: float) -> Part:
     return bodies, "", hip + slide
 
 
+def tendon(n: str, x: float, y: float) -> Part:
+    """A driven hip, and a tendon with a motor that bends a knee and an ankle with springs."""
+    knee, ankle = (
+        hinge(f"{n}_{name}", f'stiffness="{stiffness}" range="-1.5 1.5"')
+        for name, stiffness in (("knee", 1), ("ankle", 2))
+    )
+    bodies = (
+        f'<body name="{n}_thigh" pos="{x} {y} 0">{hinge(f"{n}_hip")}{rod(-0.03, -0.08)}'
+        f'<body name="{n}_shank" pos="-0.03 0 -0.08">{knee}{rod(0.04, -0.07)}'
+        f'<body name="{n}_foot" pos="0.04 0 -0.07">{ankle}{rod(-0.02, -0.05)}{ball(-0.02, -0.05)}'
+        "</body></body></body>"
+    )
+    flexor = (
+        f'<position name="{n}_flexor" tendon="{n}_flexor" kp="8e4" kv="800" forcerange="-90 90"/>'
+    )
+    return bodies, "", servo(f"{n}_hip") + flexor
+
+
+TENDON = (
+    '<fixed name="{0}_flexor"><joint joint="{0}_knee" coef="0.02"/>'
+    '<joint joint="{0}_ankle" coef="-0.01"/></fixed>'
+)
+
+
 def linear_actuator(n: str, x: float, y: float) -> Part:
     """A driven hip, and a knee that a cylinder between thigh and shank bends."""
     base, reach = -0.03, math.hypot(0.08, 0.05)
@@ -130,7 +154,8 @@ def linear_actuator(n: str, x: float, y: float) -> Part:
 
 MECHANISMS: dict[str, Callable[[str, float, float], Part]] = {
     one.__name__: one for one in (
-        five_bar, parallelogram, spring_knee, toe, mimic, pogo, driven_pogo, linear_actuator,
+        five_bar, parallelogram, spring_knee, toe, mimic, pogo, driven_pogo, tendon,
+        linear_actuator,
     )
 }  # fmt: skip
 
@@ -150,6 +175,7 @@ def mechanism(
         '<geom density="500" contype="2" conaffinity="0"/></default><worldbody><body name="trunk" '
         'pos="0 0 0.3"><freejoint/><geom type="box" size="0.15 0.06 0.02"/>'
         f"{bodies}{more}</body></worldbody><equality>{equalities}</equality>"
+        f"<tendon>{''.join(map(TENDON.format, places)) if name == 'tendon' else ''}</tendon>"
         f"<actuator>{actuators}</actuator></mujoco>"
     )
     return path

@@ -1,6 +1,7 @@
 """Joints that a file drives have motors, others have none; linkages follow closed forms."""
 
 import math
+from pathlib import Path
 
 import mujoco
 import numpy as np
@@ -24,13 +25,18 @@ DRIVEN = {
     "mimic": (("hip",), ("knee",)),
     "pogo": (("hip",), ("slide",)),
     "driven_pogo": (("hip", "slide"), ()),
+    "tendon": (("hip", "flexor"), ("knee", "ankle")),
     "linear_actuator": (("hip", "slide"), ("knee", "pin")),
 }
 """Driven and passive joints of a leg."""
 
 
+UNLIMITED = "five_bar", "parallelogram", "toe", "mimic", "linear_actuator"
+"""Mechanisms whose passive joints have no limits."""
+
+
 def read(name, folder, more=""):
-    file = import_robot(mechanism(name, folder, more))
+    file = import_robot(name if isinstance(name, Path) else mechanism(name, folder, more))
     model = compile_model(file.text)
     return file, model, find_anatomy(model)
 
@@ -57,7 +63,7 @@ def test_only_joints_with_an_actuator_have_a_motor(name, tmp_path):
         assert {f"{prefix}_{joint}" for joint in passive} <= {*anatomy.passive}
     assert not anatomy.held
     free = [model.joint(f"FL_{joint}").id for joint in passive]
-    assert bool(model.jnt_limited[free].all()) == (name in ("spring_knee", "pogo", "driven_pogo"))
+    assert bool(model.jnt_limited[free].all()) == (name not in UNLIMITED)
 
 
 def five_bar_tip(turned):
@@ -91,12 +97,21 @@ def cylinder_tip(q):
     return turned((0, -THIGH), q[0]) + turned((0.06, -SHANK), q[0] + knee)
 
 
+def finger_tip(q):
+    """Return the foot below the hip: the springs share the tendon's length by cᵢ / kᵢ, (2,) m."""
+    shares = np.array([0.02 / 1, -0.01 / 2])
+    knee, ankle = shares * 0.02 * q[1] / (shares @ [0.02, -0.01])
+    shank, foot = turned((0.04, -0.07), q[0] + knee), turned((-0.02, -0.05), q[0] + knee + ankle)
+    return turned((-0.03, -0.08), q[0]) + shank + foot
+
+
 CLOSED_FORMS = {
     "five_bar": five_bar_tip,
     # The rod keeps the shank parallel to the crank.
     "parallelogram": lambda q: turned((0, -THIGH), q[0]) + turned((0.03, -SHANK), q[1]),
     "driven_pogo": lambda q: turned((0, -THIGH - 0.06 + q[1]), q[0]),
     "linear_actuator": cylinder_tip,
+    "tendon": finger_tip,
     "mimic": lambda q: turned((0.05, -THIGH), q[0]) + turned((-0.05, -SHANK), q[0] - 2 * q[0]),
 }
 
@@ -248,10 +263,56 @@ def test_a_tendon_pulls_as_its_spring(tmp_path):
     assert data.qfrc_passive[[hip - 1, knee - 1]] == pytest.approx([force, -2 * force])
     assert model.tendon_range[0] == pytest.approx([-0.5, 0.9])
     pulled = path.read_text().replace("</actuator>", '<motor tendon="sensed"/></actuator>')
-    path.write_text(pulled)
+    path.write_text(pulled)  # FR_hip has a motor of its own
+    with pytest.raises(GaitsimError, match=r"pull against each other.*'sensed'"):
+        import_robot(path)
+
+
+def test_a_motor_that_pulls_a_tendon_flexes_its_joints_as_their_springs_allow(tmp_path):
+    robot = Robot(model=read("tendon", tmp_path)[0].text, gravity=0.0)
+    simulation = robot.simulation
+    model, data = simulation.model, mujoco.MjData(simulation.model)
+    mujoco.mj_setState(model, data, simulation.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
+    data.qpos[2] += 1
+    data.ctrl[:] = 0
+    data.ctrl[model.actuator("FL_flexor").id] = 0.6
+    mujoco.mj_step(model, data, 1000)
+    knee, ankle, pulley = (data.joint(f"FL_{one}").qpos[0] for one in ("knee", "ankle", "flexor"))
+    assert pulley > 0.55
+    assert [knee, ankle] == pytest.approx([8 / 9 * pulley, -2 / 9 * pulley], rel=0.01)
+    # The servo has the file's stiffness: k · (command − length), with 0.02 m of length per radian.
+    torque, length = data.actuator("FL_flexor").force[0], data.tendon("FL_flexor").length[0]
+    assert torque == pytest.approx(0.02 * 8e4 * (0.02 * 0.6 - length), rel=1e-3)
+    assert torque == pytest.approx(1 * knee, rel=1e-3)  # 1 N m/rad of the knee at an equal radius
+    lost = Robot(model=robot.model, damage=("L1 lost",)).simulation.model
+    assert lost.eq_active0.tolist() == [0, 1, 1, 1]
+
+
+def test_tendons_couple_joints(tmp_path):
+    path = mechanism("mimic", tmp_path)
+    coupling = '<tendon tendon1="{0}_k" tendon2="{0}_h" polycoef="0 -2 0 0 0"/>'
+    tendon = '<fixed name="{0}_{1}"><joint joint="{0}_{2}" coef="1"/></fixed>'
+    text = path.read_text()
+    legs = ("FL", "FR", "RL", "RR")
+    ends = [tendon.format(leg, *end) for leg in legs for end in (("k", "knee"), ("h", "hip"))]
+    first, last = text.index("<equality>"), text.index("</equality>")
+    couplings = "".join(map(coupling.format, legs))
+    text = text[:first] + f"<equality>{couplings}" + text[last:]
+    path.write_text(text.replace("<tendon></tendon>", f"<tendon>{''.join(ends)}</tendon>"))
+    model = compile_model(import_robot(path).text)
+    chain = chain_of(path, tmp_path)[1]
+    angles = np.linspace(-0.5, 0.5, 9)[:, None]
+    np.testing.assert_allclose(chain.dependents(angles), -2 * angles, atol=1e-6)
+    data = mujoco.MjData(model)
+    model.opt.gravity[:] = 0
+    data.qpos[model.joint("FL_hip").qposadr[0]] = 0.3
+    mujoco.mj_step(model, data, 500)
+    hip, knee = (data.joint(f"FL_{one}").qpos[0] for one in ("hip", "knee"))
+    assert abs(hip) > 0.01
+    assert knee == pytest.approx(-2 * hip, abs=1e-3)
+    path.write_text(path.read_text().replace("0 -2 0", "0 -2 1"))
     (warning,) = import_robot(path).warnings
-    assert "'sensed'" in warning
-    assert "'FR_hip'" not in warning  # which has a motor of its own in the file
+    assert "couplings by polynomials of tendons" in warning
 
 
 def test_wheels_at_the_ends_of_legs_roll_if_asked(tmp_path):

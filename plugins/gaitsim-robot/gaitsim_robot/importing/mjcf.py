@@ -46,6 +46,7 @@ _CHECKED = {
 # A huge range means no limit.
 _UNLIMITED = ("jnt_range", "eq_data", "actuator_gear", "actuator_gainprm", "actuator_biasprm")
 _LARGEST = {"body_inertia": LARGEST_INERTIA, **dict.fromkeys(_UNLIMITED, np.inf)}
+_ENDLESS = (-np.inf, np.inf)
 _STANDING_NAMES = ("stand", "home")
 
 
@@ -140,7 +141,12 @@ class _MjcfReader:
         self._actuators, dropped = _actuators(model)
         names = [self._name("actuator", index) for index in dropped]
         report(repairs, "dropped actuators other than motors and position servos of joints", names)
-        self._driven, self._pulled = _driven(model)
+        at_joint = np.isin(model.actuator_trntype, _ON_JOINTS)
+        at_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
+        self._driven = set(model.actuator_trnid[at_joint, 0].tolist())
+        self._pulled = set(model.actuator_trnid[at_tendon, 0].tolist())
+        self._stated = bool(self._driven or self._pulled)
+        self._missing: list[str] = []
 
     def robot(self) -> RobotTree:
         model = self._model
@@ -159,60 +165,135 @@ class _MjcfReader:
         others = [self._name("body", one) for one in set(model.body_rootid) - {0, root}]
         report(self._repairs, "dropped bodies outside the robot", others)
         name = bytes(model.names).split(b"\0", 1)[0].decode(errors="replace")
-        robot = RobotTree(
-            name, self._bodies[root], repairs=self._repairs, motors_stated=bool(self._driven)
-        )
+        root_body = self._bodies[root]
+        robot = RobotTree(name, root_body, repairs=self._repairs, motors_stated=self._stated)
         if not robot.root.joints:
             self._repairs.append(f"freed {robot.root.name!r}, which was fixed to the world")
         self._equalities(robot)
-        if not self._driven:
+        if not self._stated:
             followers = {coupling.follower for coupling in robot.couplings}
             for joint in robot.joints:
                 joint.driven = joint.name not in followers
         self._excludes(robot)
         robot.stand = self._stand(root, inside)
         self._tendons(robot)
+        self._check_motors(robot)
         return robot
 
     def _tendons(self, robot: RobotTree) -> None:
-        """Keep the springs, damping and limits of fixed tendons; warn about the others."""
+        """Keep the springs, limits and motors of fixed tendons; warn about other tendons."""
         model = self._model
-        tied = model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON].tolist()
-        at_tendon = model.actuator_trntype == mujoco.mjtTrn.mjTRN_TENDON
-        moved = model.actuator_trnid[at_tendon, 0].tolist()
-        inside = {joint.name for joint in robot.joints}
-        missing: list[str] = []
         for index in range(model.ntendon):
-            first, count = int(model.tendon_adr[index]), int(model.tendon_num[index])
-            wraps = slice(first, first + count)
-            fixed = (model.wrap_type[wraps] == mujoco.mjtWrap.mjWRAP_JOINT).all()
-            names = [self._name("joint", int(one)) for one in model.wrap_objid[wraps]]
+            name, pairs = self._name("tendon", index), self._pairs(index)
             values = {
                 "stiffness": model.tendon_stiffness[index],
                 "damping": model.tendon_damping[index],
                 "frictionloss": model.tendon_frictionloss[index],
             }
-            given = {key: [value] for key, value in values.items() if value}
+            given = {key: [float(value)] for key, value in values.items() if value}
             if "stiffness" in given:
-                given["springlength"] = model.tendon_lengthspring[index]
+                given["springlength"] = model.tendon_lengthspring[index].tolist()
             if model.tendon_limited[index]:
-                given["range"] = model.tendon_range[index]
-            kept = bool(given) and fixed and {*names} <= inside
-            if kept:
-                factors = model.wrap_prm[wraps].tolist()
-                pairs = tuple(zip(names, factors, strict=True))
-                robot.tendons.append(Tendon(self._name("tendon", index), pairs, given))
-            if index in tied or index in moved or (given and not kept):
-                missing.append(self._name("tendon", index))
-        if missing:
-            pulled = [self._name("joint", index) for index in sorted(self._pulled)]
-            instead = (
-                f"; each of the joints that their motors pull has a motor of its own instead: "
-                f"{format_names(pulled)}"
-            )
+                given["range"] = model.tendon_range[index].tolist()
+            if pairs and index in self._pulled:
+                self._pull(robot, index, pairs, given)
+            elif pairs and given:
+                robot.tendons.append(Tendon(name, tuple(pairs.items()), given))
+            elif given or index in self._pulled:
+                self._missing.append(name)
+        if self._missing:
             robot.warnings.append(
-                f"motors and couplings by tendons, and tendons in space, are not simulated: "
-                f"{format_names(missing)}{instead * bool(pulled)}"
+                "tendons in space, and couplings by polynomials of tendons, are not simulated: "
+                f"{format_names(self._missing)}"
+            )
+
+    def _pairs(self, tendon: int) -> dict[str, float]:
+        """Return the joints of a fixed tendon and their coefficients; {} for other tendons."""
+        model = self._model
+        first = int(model.tendon_adr[tendon])
+        wraps = slice(first, first + int(model.tendon_num[tendon]))
+        joints = model.wrap_objid[wraps].tolist()
+        fixed = (model.wrap_type[wraps] == mujoco.mjtWrap.mjWRAP_JOINT).all()
+        moved = self._bodies.keys() - {next(iter(self._bodies))}  # the trunk has no joints
+        if not fixed or not {int(model.jnt_bodyid[joint]) for joint in joints} <= moved:
+            return {}
+        names = [self._name("joint", joint) for joint in joints]
+        return dict(zip(names, model.wrap_prm[wraps].tolist(), strict=True))
+
+    def _pull(
+        self,
+        robot: RobotTree,
+        tendon: int,
+        pairs: dict[str, float],
+        given: dict[str, list[float]],
+    ) -> None:
+        """Add a tendon that a motor pulls, and its pulley, which turns with it.
+
+        The motor acts on the tendon, and the pulley, which has hardly any inertia, only shows its
+        length as an angle. Its radius is the largest coefficient, so that it turns about as far as
+        the joints, on the axis of the first one that has no motor of its own.
+        """
+        model = self._model
+        joints = {joint.name: joint for joint in robot.joints}
+        first = next((name for name in pairs if not joints[name].driven), next(iter(pairs)))
+        owner = next(body for body in robot.root.walk() if joints[first] in body.joints)
+        parent = next(body for body in robot.root.walk() if owner in body.children)
+        name = self._name("tendon", tendon)
+        while name in joints:
+            name += " pulley"
+        radius = max(map(abs, pairs.values()))
+        limits = [
+            sorted(factor * (end - joints[one].reference) for end in joints[one].range or _ENDLESS)
+            for one, factor in pairs.items()
+        ]
+        low, high = np.sum(limits, axis=0)
+        if model.tendon_limited[tendon]:
+            taken = model.tendon_range[tendon] - model.tendon_length0[tendon]
+            low, high = max(low, taken[0]), min(high, taken[1])
+        torque, stiffness, damping = self._actuators[model.njnt + tendon].tolist()
+        start = float(model.tendon_length0[tendon]) / radius
+        low, high = start + low / radius, start + high / radius
+        pulley = TreeJoint(
+            name,
+            joints[first].kind,
+            joints[first].axis.copy(),
+            range=(low, high) if np.isfinite([low, high]).all() else None,
+            torque=torque * radius,
+            reference=start,
+            servo_stiffness=stiffness * radius**2,
+            servo_damping=damping * radius**2,
+        )
+        mass, size = 1e-5 * robot.mass, 0.08 * model.stat.extent
+        place = owner.place @ Place(joints[first].position.copy())
+        body = Body(f"{name} pulley", place, mass, inertia=mass * size**2 * np.eye(3))
+        body.joints, body.pulley = [pulley], True
+        parent.children.append(body)
+        ends = tuple(pairs.items())
+        robot.tendons += [
+            Tendon(name, ends, given, pulley=name, radius=radius),
+            Tendon(f"{name} pulley", (*ends, (name, -radius)), {}, taut=True),
+        ]
+        if robot.stand is not None:
+            angles = robot.stand[1]
+            angles[name] = sum(factor * angles[one] for one, factor in ends) / radius
+
+    def _check_motors(self, robot: RobotTree) -> None:
+        """Refuse tendons whose motors pull against other motors or couplings."""
+        names = [joint.name for joint in robot.joints]
+        taut = [dict(one.joints) for one in robot.tendons if one.taut]
+        ties = taut + [
+            {one.follower: 1.0, one.leader: -one.coefficients[1]} for one in robot.couplings
+        ]
+        rows = np.array([[tie.get(name, 0.0) for name in names] for tie in ties])
+        free = [not joint.driven for joint in robot.joints]
+        if taut and np.linalg.matrix_rank(rows[:, free]) < len(rows):
+            pulled = format_names([one.name for one in robot.tendons if one.taut or one.pulley])
+            raise RobotError(
+                f"motors or couplings of tendons pull against each other, or against motors of "
+                f"their joints: {pulled}",
+                where=self._where,
+                allowed="joints that the motors and couplings together do not overdetermine",
+                remedy="remove the motor of an antagonist from the file",
             )
 
     def _name(self, kind: str, index: int) -> str:
@@ -282,7 +363,7 @@ class _MjcfReader:
             float(model.qpos_spring[angle]),
             stiffness,
             damping,
-            not self._driven or index in self._driven,
+            not self._stated or index in self._driven,
         )
 
     def _equalities(self, robot: RobotTree) -> None:
@@ -301,10 +382,23 @@ class _MjcfReader:
                 robot, index, kind == kinds.mjEQ_WELD
             ):
                 continue
+            elif kind == kinds.mjEQ_TENDON:
+                self._couple(robot, first, second, data)
             else:
                 lost.add(str(kinds(kind).name).removeprefix("mjEQ_").lower())
         if lost:
             self._repairs.append(f"dropped equality constraints: {', '.join(sorted(lost))}")
+
+    def _couple(self, robot: RobotTree, first: int, second: int, data: Floats) -> None:
+        """Keep a linear coupling of tendons as one taut tendon."""
+        pairs, others = self._pairs(first), self._pairs(second) if second >= 0 else {}
+        name = self._name("tendon", first)
+        if not pairs or (second >= 0 and not others) or data[0] or data[2:5].any():
+            self._missing.append(name)
+            return
+        for joint, factor in others.items():
+            pairs[joint] = pairs.get(joint, 0.0) - data[1] * factor
+        robot.tendons.append(Tendon(name, tuple(pairs.items()), {}, taut=True))
 
     def _close(self, robot: RobotTree, index: int, weld: bool) -> bool:
         model = self._model
@@ -361,23 +455,26 @@ class _MjcfReader:
 
 
 def _actuators(model: Any) -> tuple[Floats, list[int]]:
-    """Return what the actuators of joints do, and the actuators that gaitsim cannot represent.
+    """Return what actuators of joints and tendons do, and those that gaitsim cannot represent.
 
     The force of a position actuator is `kp · (control − angle) − kv · speed`. A joint may have a
     velocity actuator in addition, whose gain is then a part of `kv`.
 
     Returns:
         The largest torque, N·m, stiffness, N·m/rad, and damping, N·m·s/rad, of each joint's
-        actuators, 0 if there is none, (joints, 3); and the indices of dropped actuators.
+        actuators, then of each tendon's, 0 if there is none, (joints + tendons, 3); and the
+        indices of dropped actuators.
     """
-    found = np.zeros((model.njnt, 3))
+    found = np.zeros((model.njnt + model.ntendon, 3))
     velocity: list[tuple[int, int]] = []
     dropped: list[int] = []
     for actuator in range(model.nu):
         bias = int(model.actuator_biastype[actuator])
         joint = int(model.actuator_trnid[actuator, 0])
+        at_tendon = model.actuator_trntype[actuator] == mujoco.mjtTrn.mjTRN_TENDON
+        joint += model.njnt if at_tendon else 0
         if (
-            model.actuator_trntype[actuator] not in _ON_JOINTS
+            not (at_tendon or model.actuator_trntype[actuator] in _ON_JOINTS)
             or model.actuator_gaintype[actuator] != mujoco.mjtGain.mjGAIN_FIXED
             or bias not in (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.mjBIAS_AFFINE)
         ):
@@ -400,20 +497,6 @@ def _actuators(model: Any) -> tuple[Floats, list[int]]:
             found[joint, 2] = 0.0
             dropped.append(actuator)
     return found, sorted(dropped)
-
-
-def _driven(model: Any) -> tuple[set[int], set[int]]:
-    """Return the joints that actuators drive, and those of them that actuators pull by tendons."""
-    direct, pulled = set(), set()
-    for kind, target in zip(model.actuator_trntype, model.actuator_trnid[:, 0], strict=True):
-        if kind in _ON_JOINTS:
-            direct.add(int(target))
-        elif kind == mujoco.mjtTrn.mjTRN_TENDON:
-            first = model.tendon_adr[target]
-            wraps = slice(first, first + model.tendon_num[target])
-            of_joints = model.wrap_type[wraps] == mujoco.mjtWrap.mjWRAP_JOINT
-            pulled |= {int(joint) for joint in model.wrap_objid[wraps][of_joints]}
-    return direct | pulled, pulled - direct
 
 
 _ON_JOINTS = (0, 1)  # mjTRN_JOINT and mjTRN_JOINTINPARENT

@@ -48,7 +48,7 @@ def repair_shapes(robot: RobotTree) -> None:
     for body in bodies:
         if body.colliding:
             body.shapes = body.colliding
-        else:
+        elif not body.pulley:
             solid = nothing or body is robot.root or not body.children or body.lost
             if body.shapes:
                 visible += [body.name] * solid

@@ -128,6 +128,7 @@ class Body:
         children: bodies that this body carries.
         lost: whether colliding geometry is missing, because its mesh cannot be read.
         incomplete: whether any geometry is missing for that reason.
+        pulley: whether the body is the pulley of a tendon, which has no shape.
     """
 
     name: str
@@ -141,6 +142,7 @@ class Body:
     children: list["Body"] = field(default_factory=list)
     lost: bool = False
     incomplete: bool = False
+    pulley: bool = False
 
     def walk(self) -> Iterator["Body"]:
         """Yield this body and all below it, parents first."""
@@ -182,11 +184,17 @@ class Tendon:
         name: name of the tendon.
         joints: joints and their coefficients.
         attributes: MuJoCo's attributes and their values.
+        taut: whether an equality constraint keeps its length, which couples the joints.
+        pulley: name of the joint that turns with the tendon, if a motor pulls it.
+        radius: length of tendon per angle of the pulley.
     """
 
     name: str
     joints: tuple[tuple[str, float], ...]
     attributes: Mapping[str, Sequence[float]]
+    taut: bool = False
+    pulley: str = ""
+    radius: float = 1.0
 
 
 @dataclass(eq=False)
@@ -198,7 +206,7 @@ class RobotTree:
         root: the trunk.
         couplings: mimic joints.
         closures: closed linkages and welds.
-        tendons: passive tendons of joints.
+        tendons: tendons of joints.
         excludes: pairs of names of bodies that never touch.
         stand: place of the trunk and joint angles, rad, in the keyframe; None without a keyframe.
         repairs: descriptions of everything that was dropped, replaced, added or assumed.
@@ -276,6 +284,7 @@ class _Writer:
         # Writing the bodies makes their names unique; constraints then refer to the new names.
         self._bodies: dict[str, str] = {}
         self._joints: dict[str, str] = {}
+        self._taut: list[str] = []
 
     def text(self) -> str:
         robot = self._robot
@@ -350,7 +359,7 @@ class _Writer:
 
     def _equalities(self, root: Element) -> None:
         robot = self._robot
-        if not (robot.couplings or robot.closures):
+        if not (robot.couplings or robot.closures or self._taut):
             return
         equality = SubElement(root, "equality")
         for coupling in robot.couplings:
@@ -359,14 +368,17 @@ class _Writer:
             SubElement(equality, "joint", joint1=follower, joint2=leader, polycoef=values)
         for closure in robot.closures:
             SubElement(equality, closure.kind, site1=closure.first, site2=closure.second)
+        for name in self._taut:
+            SubElement(equality, "tendon", tendon1=name)
 
     def _tendons(self, root: Element) -> None:
         tendons = SubElement(root, "tendon") if self._robot.tendons else root
         for tendon in self._robot.tendons:
             values = {key: _numbers(value) for key, value in tendon.attributes.items()}
-            fixed = SubElement(
-                tendons, "fixed", {"name": self._name("tendon", tendon.name)} | values
-            )
+            name = self._joints.get(tendon.pulley) or self._name("tendon", tendon.name)
+            fixed = SubElement(tendons, "fixed", {"name": name} | values)
+            if tendon.taut:
+                self._taut.append(name)
             for joint, factor in tendon.joints:
                 SubElement(fixed, "joint", joint=self._joints[joint], coef=_number(factor))
 
@@ -374,8 +386,12 @@ class _Writer:
         driven = [joint.name for joint in self._robot.joints if joint.driven]
         if self._robot.motors_stated or len(driven) < len(self._robot.joints):
             motors = SubElement(root, "actuator")
+            radii = {one.pulley: one.radius for one in self._robot.tendons}
             for name in driven:
-                SubElement(motors, "motor", joint=self._joints[name])
+                target = {"joint": self._joints[name]}
+                if name in radii:
+                    target = {"tendon": self._joints[name], "gear": _number(1 / radii[name])}
+                SubElement(motors, "motor", target)
 
     def _stand(self, root: Element) -> None:
         robot = self._robot
