@@ -294,6 +294,10 @@ class Organism(Plugin):
         """Return the joints whose values in `joint_angles` are metres of a slide; () by default."""
         return ()
 
+    def passive_places(self) -> Array:
+        """Return the places of joints without motors in the standing pose, (joints, 3) m."""
+        return np.zeros((0, 3))
+
     def standing_pose(self) -> Array:
         """Return the joint angles in which the body stands at rest, (joints,) rad.
 

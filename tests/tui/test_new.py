@@ -87,6 +87,17 @@ class TestForms:
                     assert options.meaning(field.option.field) in about
                     assert field.region.right <= 80
 
+    async def test_the_body_stands_beside_questions_about_its_file(self, shaped, fill):
+        Path("a.shape").write_text("<a/>")
+        async with fill(begin="./a.shape") as (driver, screen):
+            picture = screen.query_one("#form-picture")
+            await driver.until(lambda: "front" in str(picture.render()))
+            status = screen.query_one("#status").region
+            assert status.right <= picture.region.x
+            assert picture.region.right <= 80
+            screen.assign("organism.label", "odd")
+            await driver.until(lambda: not picture.display)
+
     @pytest.mark.slow
     async def test_the_file_of_an_option_can_be_replaced(self, shaped, fill):
         Path("a.shape").write_text("<a/>\n" * 30_000)

@@ -13,6 +13,7 @@ from gaitsim.render.terminal.braille import (
     WIDE,
     Dots,
     Inks,
+    Paper,
     cells,
     draw_lines,
     draw_points,
@@ -183,9 +184,11 @@ def draw_body(
     limbs, shades = _limbs(eye, pose.segments, sides(drawn.names), hurt, height)
     track = _track(eye, clip, pose, height)
     draw_lines(dots, np.concatenate([track, limbs]), np.append(np.full(len(track), TRACK), shades))
+    if clip.named:
+        draw_lines(dots, _project(eye, _front(clip, pose), height)[0], np.full(3, LABEL))
     codes, inks = cells(dots, behind=TRACK)
+    names = drawn.contact_names or ("",) * len(pose.contacts)
     if len(pose.contacts):
-        names = drawn.contact_names or ("",) * len(pose.contacts)
         lost = is_damaged(names, drawn.damaged)
         at = np.rint((_project(eye, pose.contacts, height)[0] - (0.5, 1.5)) / (2, 4)).astype(
             np.intp
@@ -198,8 +201,23 @@ def draw_body(
             x, y = at[shown & inside].T
             codes[y, x] = sign
             inks[y, x] = ink[shown & inside]
+    if clip.named:
+        marks = [("○", pin) for pin in (() if clip.pins is None else clip.pins)]
+        marks += [("front", _front(clip, pose)[0, 1]), *zip(names, pose.contacts, strict=True)]
+        flat = _project(eye, np.array([place for _, place in marks]), height)[0]
+        for (text, _), (x, y) in zip(marks, np.rint(flat / (WIDE, HIGH)).astype(int), strict=True):
+            if 0 <= x < columns and 0 <= y < rows:
+                Paper(codes, inks).write(y, x + (text != "○"), text, LABEL)
     annotate(codes, inks, LABEL, eye, clip, pose, yaw)
     return codes, inks
+
+
+def _front(clip: Clip, pose: Pose) -> Points:
+    """Return an arrow on the ground ahead of a body, three lines to its tip, (3, 2, 3) m."""
+    nose, span = pose.segments[..., 0].max(), clip.anatomy.span
+    tip = np.array([nose + 0.45 * span, pose.middle[1], 0.0])
+    ends = tip - span * np.array([[0.35, 0, 0], [0.12, 0.08, 0], [0.12, -0.08, 0]])
+    return clip.on_ground(np.stack([ends, np.broadcast_to(tip, ends.shape)], axis=1))
 
 
 def _project(eye: Camera, points: Points, height: int) -> tuple[Points, Points]:

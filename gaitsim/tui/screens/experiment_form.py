@@ -12,21 +12,24 @@ from rich.text import Text
 from textual import on, work
 from textual.app import ComposeResult
 from textual.command import DiscoveryHit, Hit, Hits, Provider
-from textual.containers import Vertical
+from textual.containers import Horizontal, Vertical
 from textual.content import Content
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
+from gaitsim.experiment import Experiment
 from gaitsim.registry import KINDS, options
 from gaitsim.registry.options import PLUGIN
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import SECTIONS, ExperimentBuilder, Validation, choose_plugin, validate
 from gaitsim.tui.catalogue import Catalogue, read_catalogue
 from gaitsim.tui.screens.base import CommandPalette, GaitScreen
+from gaitsim.tui.screens.presets import draw_body
 from gaitsim.tui.widgets.form import Field, Part, Sections
 
 POLL = 0.02  # seconds between two looks whether the plugins are loaded
 DEBOUNCE = 0.15  # seconds without a key before the text is checked
+NARROW, WIDE = (30, 8), (56, 18)  # columns and rows of the picture beside questions
 
 
 class FoundOption(NamedTuple):
@@ -110,9 +113,11 @@ class ExperimentForm(GaitScreen):
     def content(self) -> ComposeResult:
         yield from self.head()
         yield Sections(id="form-body")
-        with Vertical(id="form-status"):
-            yield Static("Loading the plugins …", id="status")
-            yield Static(id="command", classes="command")
+        with Horizontal(id="form-status"):
+            with Vertical():
+                yield Static("Loading the plugins …", id="status")
+                yield Static(id="command", classes="command")
+            yield Static(id="form-picture")
 
     def head(self) -> ComposeResult:
         """Compose what is above the sections."""
@@ -177,7 +182,17 @@ class ExperimentForm(GaitScreen):
         self.sections.show(found)
         self.show_status(found.summary, wrong=bool(found.problems))
         self.query_one("#command", Static).update(Text(visible(f"$ {self.command_line()}")))
+        self.set_class(bool(found.questions), "-asked")
+        if found.questions and found.experiment is not None:
+            self._draw(found.experiment)
         self.refresh_bindings()
+
+    @work(exclusive=True, group="picture")
+    async def _draw(self, experiment: Experiment) -> None:
+        """Draw the standing body beside the questions about its file."""
+        size = WIDE if self.has_class("-wide") else NARROW
+        picture = await self.in_thread(partial(draw_body, named=True), experiment, size)
+        self.query_one("#form-picture", Static).update(Text(picture, "$primary"))
 
     def show_status(self, text: str, *, wrong: bool = False) -> None:
         """Show a text below the sections."""

@@ -29,14 +29,20 @@ SIDE = 34, 10  # columns and rows of the picture beside the list
 _PICTURES: dict[str, str] = {}  # by body
 
 
-def draw_body(experiment: Experiment) -> str:
-    """Return a picture of the standing body of an experiment; drawn once for each body."""
+def draw_body(experiment: Experiment, size: tuple[int, int] = SIDE, *, named: bool = False) -> str:
+    """Return a picture of the standing body of an experiment; drawn once for each body.
+
+    With `named`, it has the names of the feet, an arrow to the front, and circles at joints without
+    motors.
+    """
     chosen = experiment.entries["organism"].name, experiment.organism.model_dump(mode="json")
-    key = json.dumps(chosen, sort_keys=True)
+    key = json.dumps((chosen, size, named), sort_keys=True)
     if key not in _PICTURES:
-        columns, rows = SIDE
-        skeleton = standing_skeleton(experiment)
-        codes, _ = body.picture(Clip(skeleton), 0.0, Viewpoint(), columns, rows + 1, ground=False)
+        columns, rows = size
+        pins = experiment.organism.passive_places() if named else None
+        clip = Clip(standing_skeleton(experiment), named=named, pins=pins)
+        view = Viewpoint(zoom=0.65 if named else 1.0)
+        codes, _ = body.picture(clip, 0.0, view, columns, rows + 1, ground=False)
         # The last row has the scale.
         _PICTURES[key] = "\n".join("".join(map(chr, row)).rstrip() for row in codes[:-1])
     return _PICTURES[key]

@@ -203,7 +203,6 @@ class CheckRobot(Action):
         from gaitsim.plugin.pictures import write_still
         from gaitsim.plugin.runs import write_bytes
         from gaitsim_robot.organism import Robot
-        from gaitsim_robot.skeleton import passive_places
 
         body, written = experiment.organism, []
         if self.model_out is not None:
@@ -211,7 +210,7 @@ class CheckRobot(Action):
             written.append(self.model_out)
         if self.picture is not None and skeleton is not None:
             passive = body.anatomy.passive if isinstance(body, Robot) else ()
-            pins = passive_places(body.simulation) if isinstance(body, Robot) else None
+            pins = body.passive_places()
             details = f"{self.file}" + f"   ○ no motor: {shorten(passive)}" * bool(passive)
             write_still(skeleton, self.picture, name, details, pins=pins)
             written.append(self.picture)

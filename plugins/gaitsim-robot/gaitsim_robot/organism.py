@@ -62,7 +62,7 @@ from gaitsim.plugin.toolkit import (
     parse_damage,
 )
 from gaitsim_robot.anatomy import Anatomy, Facing
-from gaitsim_robot.chain import sliding
+from gaitsim_robot.chain import pose_data, sliding
 from gaitsim_robot.conditions import robot_conditions
 from gaitsim_robot.designs import Design, DesignSpace, Factors
 from gaitsim_robot.drives import (
@@ -819,6 +819,13 @@ class Robot(Organism):
         """Return the leg joints that slide, whose angles are in metres."""
         model = compile_model(self.text)
         return tuple(name for name in self.anatomy.joints if sliding(model)[model.joint(name).id])
+
+    def passive_places(self) -> Array:
+        """Return the places of joints without motors in the standing pose, (joints, 3) m."""
+        model, start = self.simulation.model, self.simulation.start
+        joints = [model.joint(name).id for name in self.anatomy.passive]
+        places = pose_data(model, start[1 : 1 + model.nq]).xanchor[joints]
+        return np.asarray(places - [*start[1:3], 0.0])
 
     def standing_pose(self) -> Array:
         """Return the joint angles of the intact robot in its standing pose, (joints,) rad."""

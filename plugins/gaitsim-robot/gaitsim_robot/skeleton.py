@@ -9,7 +9,7 @@ import numpy as np
 from gaitsim.plugin import Link, Motion, Rig, Skeleton, product, rotated, turn_about
 from gaitsim.plugin.toolkit import Damage, place_on_slope
 from gaitsim_robot.anatomy import Anatomy, Floats
-from gaitsim_robot.chain import pose_data, sliding
+from gaitsim_robot.chain import sliding
 from gaitsim_robot.damaged import is_stuck, lost_bodies
 from gaitsim_robot.figure import TRUNK, body_poses, figure
 from gaitsim_robot.simulation import Simulation
@@ -53,14 +53,6 @@ def skeleton(simulation: Simulation, motion: Motion, individual: int) -> Skeleto
         damaged=drawing.damaged,
     )
     return place_on_slope(level, simulation.world, bumps)
-
-
-def passive_places(simulation: Simulation) -> Floats:
-    """Return the places of the passive joints at the start of `skeleton`, (joints, 3) m."""
-    model, start = simulation.model, simulation.start
-    data = pose_data(model, start[1 : 1 + model.nq])
-    joints = [model.joint(name).id for name in simulation.anatomy.passive]
-    return np.asarray(data.xanchor[joints] - [*start[1:3], 0.0])
 
 
 def rig(model: Any, anatomy: Anatomy, damage: Sequence[Damage] = ()) -> Rig | None:

@@ -10,10 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from gaitsim.contracts import Motion
 from gaitsim.experiment import load_experiment
+from gaitsim.tui.screens.presets import draw_body
 from gaitsim_robot.figure import figure
 from gaitsim_robot.finding import find_anatomy
 from gaitsim_robot.organism import BUNDLED, Robot
-from gaitsim_robot.skeleton import passive_places, skeleton
+from gaitsim_robot.skeleton import skeleton
 
 START = np.array([0.25, -0.5, 0.0])
 
@@ -101,7 +102,16 @@ def test_passive_joints_are_placed_where_the_standing_robot_has_them(tmp_path):
     motors = "".join(f'<motor joint="{name}"/>' for name in driven)
     path = tmp_path / "robot.xml"
     path.write_text(text.replace("</mujoco>", f"<actuator>{motors}</actuator></mujoco>"))
-    robot = load_experiment(str(path)).organism
+    experiment = load_experiment(str(path))
+    robot = experiment.organism
     assert robot.anatomy.passive == ("turn", "raise")
-    places, height = passive_places(robot.simulation), robot.anatomy.stance[2]
+    picture = draw_body(experiment, (60, 20), named=True)
+    assert {name for name in ("L1", "R1", "L2", "R2", "front") if name in picture} == {
+        *robot.leg_joints(), "front"
+    }  # fmt: skip
+    assert "○" in picture
+    plain = draw_body(experiment, (60, 20))
+    assert "○" not in plain
+    assert "front" not in plain
+    places, height = robot.passive_places(), robot.anatomy.stance[2]
     assert places[0] == pytest.approx([0.1, 0, height + 0.06], abs=0.02)
