@@ -27,11 +27,9 @@ class GaitExporter(Exporter):
         from gaitsim.plugin.gait import gait_of, write_gait
 
         gait = gait_of(subject.individual)
-        frames, joints = gait.angles.shape
         write_gait(gait, path, self.suffix[1:])
-        return Exported(
-            f"{frames} frames × {joints} joints at {gait.frame_rate:g} Hz, {gait.units}"
-        )
+        size = "{} frames × {} joints".format(*gait.angles.shape)
+        return Exported(f"{size} at {gait.frame_rate:g} Hz, {gait.units}")
 
 
 class Mat(GaitExporter):

@@ -29,6 +29,15 @@ def test_a_matlab_file_does_not_contain_the_time(tmp_path):
     assert path.read_bytes()[:116].rstrip() == b"MATLAB 5.0 MAT-file, created by gaitsim"
 
 
+def test_a_csv_file_names_joints_in_metres(tmp_path):
+    gait = Gait(ANGLES, NAMES, 25.0, 7, 1.5, slides=("c",))
+    write_gait(gait, tmp_path / "gait.csv", "csv")
+    header = (tmp_path / "gait.csv").read_text().splitlines()[0]
+    assert header == 'time_s,L1 coxa,"naïve, joint",c [m]'
+    assert read_gait(tmp_path / "gait.csv").joint_names == NAMES
+    assert gait.units == "radians; metres of c"
+
+
 def test_the_fields_of_an_imitator_are_read(tmp_path):
     path = tmp_path / "imitator.NPZ"
     with path.open("wb") as file:

@@ -55,13 +55,6 @@ class CalibratedExporter(JointExporter):
         False, "clip angles to the range of the servos instead of reporting an error"
     )
 
-    def check(self, individual: "Individual") -> None:
-        """Check that the body has joint angles, and that all joints turn."""
-        from gaitsim.plugin.gait import gait_of
-        from gaitsim_hardware.keyframes import check_turning
-
-        check_turning(gait_of(individual))
-
     def write(self, subject: Subject, path: Path) -> Exported:
         """Write the file or folder."""
         from gaitsim_hardware.exporting import export_keyframes

@@ -81,15 +81,6 @@ class Keyframes:
         return np.diff(np.array([*self.degrees, *following]), axis=0)
 
 
-def check_turning(gait: Gait) -> None:
-    """Check that all joints turn, as servos do."""
-    if gait.slides:
-        raise GaitsimError(
-            f"the joint {gait.slides[0]!r} slides, and servos turn",
-            allowed="--format csv, npz, mat, motion or ros2 for robots with slides",
-        )
-
-
 def keyframes_of(
     gait: Gait,
     calibration: Calibration,
@@ -111,7 +102,11 @@ def keyframes_of(
         loop: part of the gait that repeats; None plays the whole gait once.
     """
     check_playback(speed)
-    check_turning(gait)
+    if gait.slides:
+        raise GaitsimError(
+            f"the joint {gait.slides[0]!r} slides, and servos turn",
+            allowed="--format csv, npz, mat, motion or ros2 for robots with slides",
+        )
     frames = np.arange(len(gait.angles)) / gait.frame_rate
     turned = calibration.servo_angles(gait.angles)
     interval = 1 / gait.frame_rate if keyframe_ms is None else keyframe_ms / 1000 * speed

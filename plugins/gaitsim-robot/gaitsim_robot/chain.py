@@ -85,13 +85,9 @@ class Chain:
         return np.stack([*place, *(0.3 * self.length * turn for turn in turns)], axis=-1)
 
     def solve(
-        self,
-        targets: Floats,
-        start: Floats,
-        hold: Floats,
-        weights: Floats,
+        self, targets: Floats, start: Floats, hold: Floats, weights: Floats,
         iterations: int = ITERATIONS,
-    ) -> Floats:
+    ) -> Floats:  # fmt: skip
         """Return angles within the limits that move the tip to the targets, or close to them.
 
         Args:

@@ -14,10 +14,10 @@ import numpy as np
 from gaitsim.plugin.toolkit import Damage, Servo
 from gaitsim_robot.anatomy import Anatomy, Floats, Leg
 from gaitsim_robot.chain import pose_data, sliding
+from gaitsim_robot.linkage import ties
 from gaitsim_robot.shapes import surfaces
 
-# Armature of a locked joint, × mass × length² of the robot, or mass for slides; more is imprecise.
-LOCKED = 1e3
+LOCKED = 1e3  # armature of a locked joint, × mass (× length²) of the robot; more costs precision
 RETURN = 10.0  # rad/s, natural frequency of a locked joint; weight × length L turns it 1e-4/L rad
 WEIGHTLESS = 1e-12  # kg and kg m², just above the values that MuJoCo rejects as errors
 
@@ -114,12 +114,8 @@ def _deactivate_constraints(spec: Any, model: Any, joints: Sequence[str], lost: 
     """Deactivate the mimic joints, closed linkages and taut tendons of lost legs."""
     import mujoco
 
-    ids = [model.joint(name).id for name in joints]
-    taut = [
-        model.tendon(index).name
-        for index, (first, count) in enumerate(zip(model.tendon_adr, model.tendon_num, strict=True))
-        if np.isin(model.wrap_objid[first : first + count], ids).any()
-    ]
+    ids = {model.joint(name).id for name in joints}
+    taut = [name for name, tie in ties(model).items() if tie.keys() & ids]
     sites = [site.name for site in spec.sites if site.parent.id in lost]
     kinds = {mujoco.mjtEq.mjEQ_JOINT: joints, mujoco.mjtEq.mjEQ_TENDON: taut}
     for constraint in spec.equalities:

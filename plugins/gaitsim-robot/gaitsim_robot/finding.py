@@ -302,7 +302,8 @@ class Finder:
             note = "no standing pose with bent legs was found: the legs are as in the pose at zero"
             return stand.on_ground(rest), (note,)
         if found is None and stand.images:
-            found, _ = stand.without_mirroring().search(rest)
+            free = Stand(self.model, stand.unpaired, stand.partners, mirrored=False)
+            found, _ = free.search(rest)
         self.searched = found is not None
         if found is None:
             raise GaitsimError(

@@ -80,7 +80,7 @@ class Tree:
         self.weld = np.asarray(model.body_weldid, np.intp)
         self.motors = motors(model)
         self.loops = [around for _, _, around in loops(model)]
-        self.ties = ties(model)
+        self.ties = ties(model).values()
         self.parent = {
             int(group): int(self.weld[model.body_parentid[group]])
             for group in np.unique(self.weld)
@@ -226,8 +226,7 @@ class Tree:
         axis, anchor = self.data.xaxis[joint], self.data.xanchor[joint]
         lever = self.points[of_foot] - anchor
         across = lever - np.outer(lever @ axis, axis)
-        side = np.cross(axis, _perpendicular(axis))
-        other = np.cross(axis, side)
+        side, other = np.linalg.svd(axis[None])[2][1:]  # perpendicular to the axis
         turns = np.linspace(0, 2 * np.pi, 16, endpoint=False)
         normals = np.outer(np.cos(turns), side) + np.outer(np.sin(turns), other)
         reach = (across @ normals.T + self.surfaces.radius[of_foot][:, None]).max(axis=0)
@@ -279,12 +278,6 @@ def _farthest(chain: Chain, hip: int) -> float:
             distance = np.linalg.norm(chain.place(tried) - at, axis=1)
             angles = tried[int(np.argmax(distance))]
     return float(np.linalg.norm(chain.place(angles) - at))
-
-
-def _perpendicular(axis: Floats) -> Floats:
-    across = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
-    unit: Floats = across / np.linalg.norm(across)
-    return unit
 
 
 def _halton(columns: int) -> Floats:

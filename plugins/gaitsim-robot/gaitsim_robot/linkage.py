@@ -69,13 +69,9 @@ class Linkage(Chain):
     addresses: Indices
 
     def solve(
-        self,
-        targets: Floats,
-        start: Floats,
-        hold: Floats,
-        weights: Floats,
+        self, targets: Floats, start: Floats, hold: Floats, weights: Floats,
         iterations: int = ITERATIONS,
-    ) -> Floats:
+    ) -> Floats:  # fmt: skip
         orientation = self._pose(hold - self.zero)[1]
         start = np.broadcast_to(start, (*targets.shape[:-1], len(self.zero)))
         free = np.arange(len(self.start))
@@ -305,26 +301,25 @@ def loops(model: Any) -> list[tuple[tuple[int, int], bool, set[int]]]:
     return found
 
 
-def ties(model: Any) -> list[dict[int, float]]:
-    """Return the joints that each taut tendon couples, with their coefficients."""
+Tie = dict[int, float]  # joints that a taut tendon couples, with their coefficients
+
+
+def ties(model: Any) -> dict[str, Tie]:
+    """Return the couplings by taut tendons, by the names of these."""
     import mujoco
 
-    found = []
-    for tendon in model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON]:
-        first = int(model.tendon_adr[tendon])
-        wraps = slice(first, first + int(model.tendon_num[tendon]))
+    found = {}
+    for tendon in model.eq_obj1id[model.eq_type == mujoco.mjtEq.mjEQ_TENDON].tolist():
+        wraps = model.tendon_adr[tendon] + np.arange(model.tendon_num[tendon])
         pairs = zip(model.wrap_objid[wraps].tolist(), model.wrap_prm[wraps].tolist(), strict=True)
-        found.append(dict(pairs))
+        found[model.tendon(tendon).name] = dict(pairs)
     return found
 
 
-def _ties(
-    model: Any, order: Indices, dependent: Indices, taut: list[dict[int, float]]
-) -> tuple[Floats, Floats]:
+def _ties(model: Any, order: Indices, dependent: Indices, taut: list[Tie]) -> tuple[Floats, Floats]:
     """Return the linear equations of taut tendons, as in `Linkage.ties`.
 
-    Where tendons leave dependent joints free, springs without load balance: N · K · (angles − rest)
-    = 0, with the free motions N, (free, joints), and the stiffness K.
+    Springs without load balance in the motions N that tendons leave free: N · K · (q − rest) = 0.
     """
     rows = np.array([[tie.get(int(joint), 0.0) for joint in order] for tie in taut])
     rows = rows.reshape(-1, len(order))
@@ -342,9 +337,7 @@ def _ties(
 
 def _constraints(
     model: Any, own: set[int], path: list[int]
-) -> tuple[
-    dict[tuple[int, int], bool], list[tuple[int, int, Floats]], list[dict[int, float]], set[int]
-]:
+) -> tuple[dict[tuple[int, int], bool], list[tuple[int, int, Floats]], list[Tie], set[int]]:
     """Return the constraints of a leg.
 
     Args:
@@ -362,8 +355,8 @@ def _constraints(
     of_leg, moving = own | set(path) - others, set()
     pins: dict[tuple[int, int], bool] = {}
     couplings: dict[tuple[int, int], Floats] = {}
-    taut: list[dict[int, float]] = []
-    closed, tied = loops(model), ties(model)
+    taut: list[Tie] = []
+    closed, tied = loops(model), ties(model).values()
     while True:
         before = len(pins) + len(couplings) + len(taut)
         for tie in tied:

@@ -14,7 +14,7 @@ import numpy as np
 
 from gaitsim.plugin import BodyFile, Facts, nearest, unknown
 from gaitsim.plugin.toolkit import SERVOS, Damage, Servo
-from gaitsim_robot.anatomy import Anatomy, Facing, Floats, Leg
+from gaitsim_robot.anatomy import Anatomy, Facing, Leg
 from gaitsim_robot.chain import sliding
 from gaitsim_robot.conditions import apply_world
 from gaitsim_robot.designs import MASS_PER_TORQUE, DesignSpace
@@ -147,12 +147,6 @@ def joint_ranges(text: str, anatomy: Anatomy) -> tuple[tuple[float, float], ...]
         else tuple(model.joint(name).range.tolist())
         for name in anatomy.joints
     )
-
-
-def standing_angles(text: str, anatomy: Anatomy) -> Floats:
-    """Return the angle of each leg joint in the standing pose, (joints,) rad."""
-    model = compile_model(text)
-    return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
 
 Servos = tuple[tuple[str, Servo], ...]
@@ -292,10 +286,7 @@ def describe_library(robots: Mapping[str, Anatomy]) -> Facts:
         },
         "Servos: organism.servo": {
             "model": "the limits in the robot's file",
-            **{
-                name: f"{_limits(servo, 'N m', 'rad/s')}. {servo.source}"
-                for name, servo in SERVOS.items()
-            },
+            **{name: f"{_limits(servo)}. {servo.source}" for name, servo in SERVOS.items()},
             "ideal": "stiff, strong and without delay",
         },
     }
@@ -364,8 +355,7 @@ def _standing(simulation: Simulation) -> str:
     )
 
 
-def _limits(servo: Servo, torque: str, speed: str) -> str:
-    """Describe the limits of a servo in the units of its torque and speed."""
+def _limits(servo: Servo, torque: str = "N m", speed: str = "rad/s") -> str:
     latency = f", latency {servo.latency * 1000:.0f} ms" if servo.latency else ""
     rating = servo.continuous * servo.stall_torque
     continuous = f" ({rating:.2g} continuous)" if rating else ""

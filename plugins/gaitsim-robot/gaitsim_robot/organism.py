@@ -1,7 +1,6 @@
 """The body `robot`: any legged robot from a URDF or MJCF file."""
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
@@ -99,7 +98,6 @@ from gaitsim_robot.loading import (
     load_simulation,
     robot_text,
     servo_latency,
-    standing_angles,
 )
 from gaitsim_robot.measures import measures
 from gaitsim_robot.questions import ask
@@ -118,17 +116,14 @@ CHANNELS: Mapping[str, Channel] = {
     "joint_angles": Channel(
         ("frames", "joints"),
         "rad",
-        "commands to the servos, relative to the file's zero; m for joints that slide, as the next",
+        "commands to the servos, relative to the file's zero; m of slides",
     ),
-    "joint_positions": Channel(("frames", "joints"), "rad", "actual angles of the joints"),
-    "joint_velocities": Channel(
-        ("frames", "joints"), "rad/s", "velocities of the joints; m/s for those that slide"
-    ),
+    "joint_positions": Channel(("frames", "joints"), "rad", "actual angles; m of slides"),
+    "joint_velocities": Channel(("frames", "joints"), "rad/s", "velocities; m/s of slides"),
     "torque": Channel(
         ("frames", "joints"),
         "N m",
-        "mean magnitude of the torque since the previous frame; N for joints that slide, as the "
-        "next three",
+        "mean magnitude of the torque since the previous frame; N of slides, as in the next three",
     ),
     "stall_torque": Channel(("joints",), "N m", "largest torque of the servos; 0 if unknown"),
     "rms_torque": Channel(
@@ -545,14 +540,13 @@ class Robot(Organism):
             return ()
         ranges = joint_ranges(self._original_text, self._original)
         limits = dict(zip(self.anatomy.joints, ranges, strict=True))
-        for text in self.damage:
-            for name in self.sliding_joints():
-                if re.match(rf"{re.escape(name)}\s+stuck\s+\S", text.strip()):
-                    what = f"the joint {name!r} slides, so it cannot stick at an angle"
-                    raise GaitsimError(
-                        what, key="damage", allowed=f"'{name} stuck', where it stands"
-                    )
-        return parse_damage(self.damage, self.leg_joints(), limits=limits)
+        slides = dict.fromkeys(self.sliding_joints(), (-math.inf, math.inf))
+        found = parse_damage(self.damage, self.leg_joints(), limits=limits | slides)
+        for one in found:
+            if one.kind == "stuck" and one.value is not None and one.part in slides:
+                what = f"the joint {one.part!r} slides, so it cannot stick at an angle"
+                raise GaitsimError(what, key="damage")
+        return found
 
     @property
     def _servo(self) -> ServoOptions:
@@ -829,7 +823,8 @@ class Robot(Organism):
 
     def standing_pose(self) -> Array:
         """Return the joint angles of the intact robot in its standing pose, (joints,) rad."""
-        return standing_angles(self.text, self.anatomy)
+        model, anatomy = compile_model(self.text), self.anatomy
+        return anatomy.stance[[model.joint(name).qposadr[0] for name in anatomy.joints]]
 
     def leg_joints(self) -> Mapping[str, tuple[str, ...]]:
         """Return the joints of each leg by its name: L1, R1 …, or M1 … in the middle."""

@@ -111,8 +111,7 @@ def _note(servo: Servo, quantity: str) -> str:
 def _standing(model: Any, anatomy: Anatomy, name: str) -> float:
     """Return the standing angle of a joint, rounded to 0.1°, or 0.1 mm, within its limits."""
     joint = model.joint(name)
-    slides = sliding(model)[joint.id]
-    unit, parts = (10_000, 10_000) if slides else (10, math.degrees(10))
+    unit, parts = (10_000, 10_000) if sliding(model)[joint.id] else (10, math.degrees(10))
     low, high = parts * joint.range
     steps = round(parts * anatomy.stance[joint.qposadr[0]])
     return float(np.clip(steps, math.ceil(low), math.floor(high))) / unit + 0.0

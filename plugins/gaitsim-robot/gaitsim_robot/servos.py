@@ -39,6 +39,9 @@ CONSTANT, GAIN, BRAKE, VOLTAGE = 1, 4, 6, 7
 """Indices in the gains of MuJoCo's dcmotor: motor constant, stiffness, damping, largest voltage."""
 
 
+Limits = tuple[float | None, float | None, float | None]
+"""Torque limit, speed limit and stiffness instead of those in the robot's text."""
+
 ServoName = Literal["model", "ideal", "ax-12a", "sts3215", "mg995", "xl430-w250"]
 """Values of the option `organism.servo`.
 
@@ -65,23 +68,25 @@ def joint_servos(
         model: `mujoco.MjModel` of the robot's text.
         anatomy: anatomy of the robot.
         name: name of the servo.
-        torque_limit: stall torque instead of the servo's, N m; not for slides, as all below but
-            the latency.
-        speed_limit: no-load speed instead of the servo's, rad/s.
+        torque_limit: stall torque instead of the servo's, N m; not for slides.
+        speed_limit: no-load speed instead of the servo's, rad/s; not for slides.
         latency: latency instead of the servo's, s.
-        stiffness: stiffness instead of the servo's, N m/rad.
+        stiffness: stiffness instead of the servo's, N m/rad; not for slides.
 
     Raises:
         GaitsimError: the servo turns, but a joint slides.
     """
-    weight, reach = 9.81 * anatomy.mass, _reach(model, anatomy)
+    chains = standing_chains(model, anatomy)
+    weight = 9.81 * anatomy.mass
+    reach = max(math.dist(chain.anchors[0], chain.tip) for chain in chains)
     servos = {}
     for joint in (*anatomy.joints, *anatomy.held):
         slides = bool(sliding(model)[model.joint(joint).id])
-        limits = (None, None, None) if slides else (torque_limit, speed_limit, stiffness)
+        limits: Limits = (torque_limit, speed_limit, stiffness)
+        limits = (None, None, None) if slides else limits
         load, lever = (weight, reach) if slides else (weight * reach, 1.0)
         if name == "model":
-            servo = _servo_from_text(model, joint, load, lever, *limits)
+            servo = _servo_from_text(model, joint, load, lever, limits)
         elif name == "ideal":
             speed = FASTEST * lever
             servo = _assumed_servo(name, LIFT * load, speed, load, lever, "no real servo")
@@ -162,26 +167,13 @@ def set_servos(model: Any, servos: Mapping[str, Servo]) -> None:
             model.actuator_forcerange[actuator] = -servo.stall_torque, servo.stall_torque
 
 
-def _servo_from_text(
-    model: Any,
-    joint: str,
-    load: float,
-    lever: float,
-    torque_limit: float | None,
-    speed_limit: float | None,
-    stiffness: float | None,
-) -> Servo:
+def _servo_from_text(model: Any, joint: str, load: float, lever: float, limits: Limits) -> Servo:
     """Return the servo of a joint with the limits and the stiffness in the robot's text.
 
-    Args:
-        model: `mujoco.MjModel` of the robot's text.
-        joint: name of the joint.
-        load: the robot's weight × reach, N m, or for a slide its weight, N.
-        lever: 1, or for a slide the reach, m, which converts angles and their speeds.
-        torque_limit: stall torque, as the next two in `joint_servos`.
-        speed_limit: no-load speed.
-        stiffness: stiffness.
+    `load` is the robot's weight × reach, N m, and `lever` is 1; for a slide, they are its weight,
+    N, and its reach, m.
     """
+    torque_limit, speed_limit, stiffness = limits
     index = model.joint(joint).id
     torque = float(model.jnt_actfrcrange[index, 1]) if model.jnt_actfrclimited[index] else 0.0
     speed = float(model.jnt_user[index, 0]) if model.nuser_jnt else 0.0
@@ -189,8 +181,7 @@ def _servo_from_text(
     most = (LIFT if kind == "torque" else PUSH) * load
     notes = []
     if torque_limit is None:
-        reach = " × reach of the longest leg" if kind == "torque" else ""
-        assumed = f": {SHARE:g} × weight{reach}"
+        assumed = f": {SHARE:g} × weight" + " × reach of the longest leg" * (kind == "torque")
         notes.append(_assumption(kind, of_force, torque, most, assumed))
     if speed_limit is None:
         notes.append(_assumption("speed", of_speed, speed, FASTEST * lever))
@@ -248,9 +239,3 @@ def _assumed_servo(
     damping = max(torque / speed, DAMPING_TIME * stiffness)
     armature = SPIN_UP * torque / speed
     return Servo(name, torque, speed, 0.0, stiffness, damping, armature, source)
-
-
-def _reach(model: Any, anatomy: Anatomy) -> float:
-    """Return the largest distance between hip and foot in the standing pose, m."""
-    chains = standing_chains(model, anatomy)
-    return max(math.dist(chain.anchors[0], chain.tip) for chain in chains)

@@ -280,7 +280,7 @@ def build(
     if damage:
         anatomy, servos = apply_damage(spec, anatomy, servos, damage)
     pulling = {}
-    for motor in spec.actuators:  # of the text, without properties
+    for motor in spec.actuators:  # of the text
         if motor.trntype == mujoco.mjtTrn.mjTRN_TENDON:
             pulling[motor.target] = float(motor.gear[0])
         spec.delete(motor)
@@ -304,13 +304,11 @@ def build(
             objname=f"world: foot {leg.name}",
         )
     _add_contact_sensor(spec, "belly", trunk.name, ("FOUND",), _NETFORCE)
-    kinds, objects = mujoco.mjtSensor, mujoco.mjtObj
     for joint in anatomy.joints:
-        pulls = joint in pulling
         spec.add_sensor(
             name=f"torque {joint}",
-            type=kinds.mjSENS_ACTUATORFRC if pulls else kinds.mjSENS_JOINTACTFRC,
-            objtype=objects.mjOBJ_ACTUATOR if pulls else objects.mjOBJ_JOINT,
+            type=mujoco.mjtSensor.mjSENS_ACTUATORFRC,
+            objtype=mujoco.mjtObj.mjOBJ_ACTUATOR,
             objname=joint,
         )
     model = spec.compile()

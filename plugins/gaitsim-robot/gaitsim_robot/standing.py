@@ -180,10 +180,6 @@ class Stand:
             problem = problem or reason
         return None, problem
 
-    def without_mirroring(self) -> "Stand":
-        """Return the same robot, whose pairs of legs need not have mirrored angles."""
-        return Stand(self.model, self.unpaired, self.partners, mirrored=False)
-
     def can_bend(self) -> bool:
         """Return whether any leg has enough joints to bend while its sole remains level."""
         return any(len(limb.joints) > 2 or not limb.sole.any() for limb in self.limbs)

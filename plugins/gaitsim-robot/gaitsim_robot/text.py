@@ -236,9 +236,8 @@ def with_motors(text: str, names: tuple[str, ...]) -> str:
     model = compile_model(text)
     root = parse(text.encode(), WHERE, encoding="utf-8")
     found = {one.get("name", ""): one for one in root.iter("joint") if one.get("axis")}
-    endless = {
-        name for name, one in found.items() if one.get("type") == "slide" and not one.get("range")
-    }
+    slides = {name: one for name, one in found.items() if one.get("type") == "slide"}
+    endless = [name for name, one in slides.items() if not one.get("range")]
     if names == ("all",):
         names = tuple(name for name in found if name not in endless)
     for name in names:

@@ -1,6 +1,5 @@
 """Four-legged robots whose legs have passive joints, linkages or springs, as MJCF for tests."""
 
-import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -109,19 +108,15 @@ def driven_pogo(n: str, x: float, y: float) -> Part:
 
 def tendon(n: str, x: float, y: float) -> Part:
     """A driven hip, and a tendon with a motor that bends a knee and an ankle with springs."""
-    knee, ankle = (
-        hinge(f"{n}_{name}", f'stiffness="{stiffness}" range="-1.5 1.5"')
-        for name, stiffness in (("knee", 1), ("ankle", 2))
-    )
+    knee = hinge(f"{n}_knee", 'stiffness="1" range="-1.5 1.5"')
+    ankle = hinge(f"{n}_ankle", 'stiffness="2" range="-1.5 1.5"')
     bodies = (
         f'<body name="{n}_thigh" pos="{x} {y} 0">{hinge(f"{n}_hip")}{rod(-0.03, -0.08)}'
         f'<body name="{n}_shank" pos="-0.03 0 -0.08">{knee}{rod(0.04, -0.07)}'
         f'<body name="{n}_foot" pos="0.04 0 -0.07">{ankle}{rod(-0.02, -0.05)}{ball(-0.02, -0.05)}'
         "</body></body></body>"
     )
-    flexor = (
-        f'<position name="{n}_flexor" tendon="{n}_flexor" kp="8e4" kv="800" forcerange="-90 90"/>'
-    )
+    flexor = f'<position tendon="{n}_flexor" kp="8e4" kv="800" forcerange="-90 90"/>'
     return bodies, "", servo(f"{n}_hip") + flexor
 
 
@@ -133,17 +128,13 @@ TENDON = (
 
 def linear_actuator(n: str, x: float, y: float) -> Part:
     """A driven hip, and a knee that a cylinder between thigh and shank bends."""
-    base, reach = -0.03, math.hypot(0.08, 0.05)
-    turn = math.atan2(0.05, 0.08)
     bodies = (
         f'<body name="{n}_thigh" pos="{x} {y} 0">{hinge(f"{n}_hip")}{rod(0, -THIGH)}'
         f'<body name="{n}_shank" pos="0 0 {-THIGH}">{hinge(f"{n}_knee", "")}{rod(0.06, -SHANK)}'
         f'{ball(0.06, -SHANK)}<site name="{n}_end_a" pos="-0.05 0 -0.01"/></body>'
-        f'<body name="{n}_tube" pos="0 0 {base}">{hinge(f"{n}_pin", "")}'
-        f'<geom type="capsule" fromto="0 0 0 {-reach / 2 * math.sin(turn)} 0 '
-        f'{-reach / 2 * math.cos(turn)}" size="0.005"/><body name="{n}_piston">'
-        f'<joint name="{n}_slide" type="slide" axis="{-math.sin(turn)} 0 {-math.cos(turn)}" '
-        f'range="-0.02 0.02" damping="3" armature="0.05"/>'
+        f'<body name="{n}_tube" pos="0 0 -0.03">{hinge(f"{n}_pin", "")}{rod(-0.025, -0.04, 0.005)}'
+        f'<body name="{n}_piston"><joint name="{n}_slide" type="slide" axis="-0.05 0 -0.08" '
+        'range="-0.02 0.02" damping="3" armature="0.05"/>'
         f'<geom size="0.006" pos="-0.05 0 -0.08"/><site name="{n}_end_b" pos="-0.05 0 -0.08"/>'
         "</body></body></body>"
     )

@@ -1,15 +1,18 @@
 """Joints of legs that slide: units, servos, genes, files and refusals."""
 
 import math
+from xml.etree.ElementTree import fromstring, tostring
 
 import mujoco
 import numpy as np
 import pytest
 from mechanisms import driven_pogo, mechanism
+from small_robots import dog_urdf
 
-from gaitsim.gait.gait_files import Gait, read_gait, write_gait
+from gaitsim.gait.gait_files import Gait
 from gaitsim.plugin import GaitsimError
-from gaitsim_hardware.keyframes import check_turning
+from gaitsim_hardware.calibration import uniform_calibration
+from gaitsim_hardware.keyframes import keyframes_of
 from gaitsim_robot.importing import import_robot
 from gaitsim_robot.organism import Robot
 from gaitsim_robot.servos import joint_servos
@@ -25,34 +28,30 @@ def pogo(tmp_path):
 
 
 def test_the_servos_of_slides_carry_the_weight_above_them(pogo):
-    robot = Robot(model=pogo)
-    simulation = robot.simulation
+    simulation = Robot(model=pogo).simulation
     model, data = simulation.model, mujoco.MjData(simulation.model)
     mujoco.mj_setState(model, data, simulation.start, mujoco.mjtState.mjSTATE_FULLPHYSICS)
     data.ctrl[:] = simulation.rest
     mujoco.mj_step(model, data, 500)
     rods = sum(model.body(f"{name[:2]}_rod").mass[0] for name in SLIDES)
-    force = data.actuator_force[[model.actuator(name).id for name in SLIDES]]
+    ids = [model.actuator(name).id for name in SLIDES]
+    force = data.actuator_force[ids]
     weight = 9.81 * (simulation.anatomy.mass - rods)
     assert -force.sum() == pytest.approx(weight * math.cos(data.qpos[7]), rel=0.01)
-    # The stiffness is the file's: k · Δ = force.
-    short = simulation.rest - data.qpos[7:]
-    ids = [model.actuator(name).id for name in SLIDES]
-    assert 2000 * short[ids] == pytest.approx(force, rel=0.01)
+    short = (simulation.rest - data.qpos[7:])[ids]
+    assert 2000 * short == pytest.approx(force, rel=0.01)  # k · Δ, with the file's stiffness
 
 
 def test_limits_of_slides_are_forces_and_metres_per_second(pogo, tmp_path):
     def servo(text, **options):
-        robot = Robot(model=text)
-        return joint_servos(compile_model(text), robot.anatomy, **options)["FL_slide"]
+        return joint_servos(compile_model(text), Robot(model=text).anatomy, **options)["FL_slide"]
 
     stated = servo(pogo, torque_limit=1.0, speed_limit=2.0, stiffness=3.0)
     assert (stated.stall_torque, stated.stiffness, stated.damping) == (60, 2000, 40)
     limits = 'range="-0.05 0.05" actuatorfrcrange="-60 60" user="0 2000 40"'
     assert limits in pogo
     bare = servo(pogo.replace(limits, 'range="-0.05 0.05"'))
-    mass = Robot(model=pogo).anatomy.mass
-    assert bare.stall_torque == pytest.approx(0.5 * 9.81 * mass)
+    assert bare.stall_torque == pytest.approx(0.5 * 9.81 * Robot(model=pogo).anatomy.mass)
     assert "force assumed: 0.5 × weight" in bare.source
     huge = pogo.replace('actuatorfrcrange="-60 60"', 'actuatorfrcrange="-1e5 1e5"')
     assert "the file's 1e+05 N is a placeholder" in servo(huge).source
@@ -64,33 +63,24 @@ def test_limits_of_slides_are_forces_and_metres_per_second(pogo, tmp_path):
 
 
 def test_a_prismatic_joint_keeps_effort_velocity_and_limits(tmp_path):
-    links = "".join(
-        f'<link name="{name}"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" '
-        f'izz="0.01"/></inertial><collision><geometry><sphere radius="0.03"/></geometry>'
-        "</collision></link>"
-        for name in ("trunk", "a", "b", "c")
-    )
-    limit = '<limit lower="-0.02" upper="0.04" effort="80" velocity="0.3"/>'
-    joints = "".join(
-        f'<joint name="to {name}" type="prismatic"><origin xyz="{x} {y} -0.2"/><axis xyz="0 0 1"/>'
-        f'<parent link="trunk"/><child link="{name}"/>{limit if name != "c" else ""}</joint>'
-        for name, x, y in (("a", 0, 0.1), ("b", 0, -0.1), ("c", 0.3, 0))
-    )
+    robot = fromstring(dog_urdf())
+    for joint in robot.iter("joint"):
+        if "knee" in joint.get("name"):
+            joint.set("type", "prismatic")
+            limit = joint.find("limit")
+            limit.attrib |= {"lower": "-0.02", "upper": "0.04", "effort": "80", "velocity": "0.3"}
+    joint.remove(limit)
     path = tmp_path / "robot.urdf"
-    path.write_text(f'<robot name="r">{links}{joints}</robot>')
+    path.write_bytes(tostring(robot))
     file = import_robot(path)
-    model = compile_model(file.text)
-    joint = model.joint("to a")
-    assert joint.type[0] == mujoco.mjtJoint.mjJNT_SLIDE
-    assert joint.range == pytest.approx([-0.02, 0.04])
-    assert model.jnt_actfrcrange[joint.id] == pytest.approx([-80, 80])
-    assert model.jnt_user[joint.id, 0] == pytest.approx(0.3)
-    (warning,) = file.warnings  # without limits
-    assert "'to c'" in warning
-    assert "limits of slides" in warning
-    inches = compile_model(import_robot(path, scale=0.0254).text)
-    assert inches.joint("to a").range == pytest.approx([-0.02 * 0.0254, 0.04 * 0.0254], rel=1e-4)
-    assert inches.jnt_user[joint.id, 0] == pytest.approx(0.3 * 0.0254)
+    (warning,) = file.warnings
+    assert f"{joint.get('name')!r}; state the limits of slides" in warning
+    for scale in (1.0, 0.5):
+        model = compile_model(import_robot(path, scale=scale).text)
+        (knee, *_) = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_SLIDE)
+        assert model.jnt_range[knee] == pytest.approx([-0.02 * scale, 0.04 * scale])
+        assert model.jnt_actfrcrange[knee] == pytest.approx([-80, 80])
+        assert model.jnt_user[knee, 0] == pytest.approx(0.3 * scale)
 
 
 def test_genes_of_slides_are_shares_of_their_range(pogo):
@@ -135,13 +125,6 @@ def test_a_gait_of_slides_walks_and_what_only_turns_is_refused(pogo):
     assert np.ptp(held) < 1e-3
     raised = Robot(model=pogo, stance=dict.fromkeys(SLIDES, 0.01))
     assert (raised.standing_pose()[1::2] == 0.01).all()
-
-
-def test_files_of_gaits_name_metres(tmp_path):
-    gait = Gait(np.array([[0.1, 0.02]] * 3), ("hip", "slide"), 50.0, 0, 0.0, None, ("slide",))
-    write_gait(gait, tmp_path / "gait.csv", "csv")
-    assert (tmp_path / "gait.csv").read_text().startswith("time_s,hip,slide [m]\n")
-    assert read_gait(tmp_path / "gait.csv").joint_names == ("hip", "slide")
-    assert gait.units == "radians; metres of slide"
+    gait = Gait(np.zeros((2, 1)), ("slide",), 50.0, 0, 0.0, None, ("slide",))
     with pytest.raises(GaitsimError, match="'slide' slides"):
-        check_turning(gait)
+        keyframes_of(gait, uniform_calibration(gait.joint_names, 0, -90, 90))

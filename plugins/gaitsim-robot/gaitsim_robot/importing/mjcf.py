@@ -47,6 +47,7 @@ _CHECKED = {
 _UNLIMITED = ("jnt_range", "eq_data", "actuator_gear", "actuator_gainprm", "actuator_biasprm")
 _LARGEST = {"body_inertia": LARGEST_INERTIA, **dict.fromkeys(_UNLIMITED, np.inf)}
 _ENDLESS = (-np.inf, np.inf)
+_Pairs = dict[str, float]
 _STANDING_NAMES = ("stand", "home")
 
 
@@ -172,6 +173,7 @@ class _MjcfReader:
         self._equalities(robot)
         if not self._stated:
             followers = {coupling.follower for coupling in robot.couplings}
+            followers |= {taut.joints[0][0] for taut in robot.tendons}
             for joint in robot.joints:
                 joint.driven = joint.name not in followers
         self._excludes(robot)
@@ -185,12 +187,11 @@ class _MjcfReader:
         model = self._model
         for index in range(model.ntendon):
             name, pairs = self._name("tendon", index), self._pairs(index)
-            values = {
-                "stiffness": model.tendon_stiffness[index],
-                "damping": model.tendon_damping[index],
-                "frictionloss": model.tendon_frictionloss[index],
+            given = {
+                key: [float(value)]
+                for key in ("stiffness", "damping", "frictionloss")
+                if (value := getattr(model, f"tendon_{key}")[index])
             }
-            given = {key: [float(value)] for key, value in values.items() if value}
             if "stiffness" in given:
                 given["springlength"] = model.tendon_lengthspring[index].tolist()
             if model.tendon_limited[index]:
@@ -207,7 +208,7 @@ class _MjcfReader:
                 f"{format_names(self._missing)}"
             )
 
-    def _pairs(self, tendon: int) -> dict[str, float]:
+    def _pairs(self, tendon: int) -> _Pairs:
         """Return the joints of a fixed tendon and their coefficients; {} for other tendons."""
         model = self._model
         first = int(model.tendon_adr[tendon])
@@ -220,13 +221,7 @@ class _MjcfReader:
         names = [self._name("joint", joint) for joint in joints]
         return dict(zip(names, model.wrap_prm[wraps].tolist(), strict=True))
 
-    def _pull(
-        self,
-        robot: RobotTree,
-        tendon: int,
-        pairs: dict[str, float],
-        given: dict[str, list[float]],
-    ) -> None:
+    def _pull(self, robot: RobotTree, tendon: int, pairs: _Pairs, given: dict[str, Any]) -> None:
         """Add a tendon that a motor pulls, and its pulley, which turns with it.
 
         The motor acts on the tendon, and the pulley, which has hardly any inertia, only shows its
@@ -242,31 +237,26 @@ class _MjcfReader:
         while name in joints:
             name += " pulley"
         radius = max(map(abs, pairs.values()))
+        own = model.tendon_range[tendon] if model.tendon_limited[tendon] else _ENDLESS
         limits = [
-            sorted(factor * (end - joints[one].reference) for end in joints[one].range or _ENDLESS)
-            for one, factor in pairs.items()
+            sorted(f * end for end in joints[one].range or _ENDLESS) for one, f in pairs.items()
         ]
-        low, high = np.sum(limits, axis=0)
-        if model.tendon_limited[tendon]:
-            taken = model.tendon_range[tendon] - model.tendon_length0[tendon]
-            low, high = max(low, taken[0]), min(high, taken[1])
+        low, high = np.clip(np.sum(limits, axis=0), *own) / radius
         torque, stiffness, damping = self._actuators[model.njnt + tendon].tolist()
-        start = float(model.tendon_length0[tendon]) / radius
-        low, high = start + low / radius, start + high / radius
         pulley = TreeJoint(
             name,
             joints[first].kind,
             joints[first].axis.copy(),
             range=(low, high) if np.isfinite([low, high]).all() else None,
             torque=torque * radius,
-            reference=start,
+            armature=1e-5 * robot.mass * (0.08 * model.stat.extent) ** 2,
+            reference=float(model.tendon_length0[tendon]) / radius,
             servo_stiffness=stiffness * radius**2,
             servo_damping=damping * radius**2,
         )
-        mass, size = 1e-5 * robot.mass, 0.08 * model.stat.extent
         place = owner.place @ Place(joints[first].position.copy())
-        body = Body(f"{name} pulley", place, mass, inertia=mass * size**2 * np.eye(3))
-        body.joints, body.pulley = [pulley], True
+        mass, inertia = 1e-6 * robot.mass, 0.1 * pulley.armature * np.eye(3)
+        body = Body(f"{name} pulley", place, mass, inertia=inertia, joints=[pulley], pulley=True)
         parent.children.append(body)
         ends = tuple(pairs.items())
         robot.tendons += [
@@ -279,20 +269,16 @@ class _MjcfReader:
 
     def _check_motors(self, robot: RobotTree) -> None:
         """Refuse tendons whose motors pull against other motors or couplings."""
-        names = [joint.name for joint in robot.joints]
-        taut = [dict(one.joints) for one in robot.tendons if one.taut]
-        ties = taut + [
-            {one.follower: 1.0, one.leader: -one.coefficients[1]} for one in robot.couplings
-        ]
-        rows = np.array([[tie.get(name, 0.0) for name in names] for tie in ties])
-        free = [not joint.driven for joint in robot.joints]
-        if taut and np.linalg.matrix_rank(rows[:, free]) < len(rows):
-            pulled = format_names([one.name for one in robot.tendons if one.taut or one.pulley])
+        taut = [one for one in robot.tendons if one.taut]
+        ties = [dict(one.joints) for one in taut]
+        ties += [{one.follower: 1.0, one.leader: -one.coefficients[1]} for one in robot.couplings]
+        free = [joint.name for joint in robot.joints if not joint.driven]
+        rows = np.array([[tie.get(name, 0.0) for name in free] for tie in ties])
+        if taut and np.linalg.matrix_rank(rows) < len(rows):
             raise RobotError(
                 f"motors or couplings of tendons pull against each other, or against motors of "
-                f"their joints: {pulled}",
+                f"their joints: {format_names([one.name for one in taut])}",
                 where=self._where,
-                allowed="joints that the motors and couplings together do not overdetermine",
                 remedy="remove the motor of an antagonist from the file",
             )
 

@@ -377,8 +377,7 @@ class _Writer:
             values = {key: _numbers(value) for key, value in tendon.attributes.items()}
             name = self._joints.get(tendon.pulley) or self._name("tendon", tendon.name)
             fixed = SubElement(tendons, "fixed", {"name": name} | values)
-            if tendon.taut:
-                self._taut.append(name)
+            self._taut += [name] * tendon.taut
             for joint, factor in tendon.joints:
                 SubElement(fixed, "joint", joint=self._joints[joint], coef=_number(factor))
 
