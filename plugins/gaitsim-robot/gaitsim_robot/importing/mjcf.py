@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 from gaitsim_robot.errors import RobotError, format_names
 from gaitsim_robot.importing.files import RobotFiles
 from gaitsim_robot.importing.includes import check_size, inline_includes, modernise, resolve_files
+from gaitsim_robot.importing.solids import robot_size
 from gaitsim_robot.importing.tree import (
     Body,
     Closure,
@@ -224,9 +225,8 @@ class _MjcfReader:
     def _pull(self, robot: RobotTree, tendon: int, pairs: _Pairs, given: dict[str, Any]) -> None:
         """Add a tendon that a motor pulls, and its pulley, which turns with it.
 
-        The motor acts on the tendon, and the pulley, which has hardly any inertia, only shows its
-        length as an angle. Its radius is the largest coefficient, so that it turns about as far as
-        the joints, on the axis of the first one that has no motor of its own.
+        The motor acts on the tendon; the pulley, with hardly any inertia, only shows its length as
+        an angle. It is on the axis of the first joint without a motor of its own.
         """
         model = self._model
         joints = {joint.name: joint for joint in robot.joints}
@@ -236,7 +236,7 @@ class _MjcfReader:
         name = self._name("tendon", tendon)
         while name in joints:
             name += " pulley"
-        radius = max(map(abs, pairs.values()))
+        radius = max(map(abs, pairs.values()))  # turns about as far as the joints
         own = model.tendon_range[tendon] if model.tendon_limited[tendon] else _ENDLESS
         limits = [
             sorted(f * end for end in joints[one].range or _ENDLESS) for one, f in pairs.items()
@@ -249,7 +249,7 @@ class _MjcfReader:
             joints[first].axis.copy(),
             range=(low, high) if np.isfinite([low, high]).all() else None,
             torque=torque * radius,
-            armature=1e-5 * robot.mass * (0.08 * model.stat.extent) ** 2,
+            armature=1e-7 * robot.mass * robot_size(robot) ** 2,
             reference=float(model.tendon_length0[tendon]) / radius,
             servo_stiffness=stiffness * radius**2,
             servo_damping=damping * radius**2,

@@ -203,7 +203,7 @@ def repair_masses(robot: RobotTree) -> None:
     balanced: list[str] = []
     for body in bodies:
         size = _size(body) if body.shapes else max(_size(body), SMALL * length)
-        if not _plausible(body, size):
+        if not (body.pulley or _plausible(body, size)):
             body.inertia = _uniform_inertia(body, size)
             if body not in light:
                 changed.append(body.name)
