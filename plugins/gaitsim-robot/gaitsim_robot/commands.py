@@ -210,9 +210,8 @@ class CheckRobot(Action):
             written.append(self.model_out)
         if self.picture is not None and skeleton is not None:
             passive = body.anatomy.passive if isinstance(body, Robot) else ()
-            pins = body.passive_places()
             details = f"{self.file}" + f"   ○ no motor: {shorten(passive)}" * bool(passive)
-            write_still(skeleton, self.picture, name, details, pins=pins)
+            write_still(skeleton, self.picture, name, details, pins=body.passive_places())
             written.append(self.picture)
         if self.save is not None:
             write_bytes(self.save, experiment.to_toml().encode())

@@ -324,9 +324,7 @@ class Encoding:
         """
         linked = any(isinstance(chain, Linkage) or chain.slides.any() for chain in self.chains)
         if linked or self.anatomy.swing or self.anatomy.rolling:
-            parts = "a spine, tail or wheels"
-            if linked:
-                parts = "closed linkages, coupled joints or slides"
+            parts = "closed linkages, couplings or slides" if linked else "a spine, tail or wheels"
             raise GaitsimError(
                 f"commands, reflexes and controllers in C cannot move {parts}",
                 remedy="leave out 'organism.reflexes' and 'organism.drive'"

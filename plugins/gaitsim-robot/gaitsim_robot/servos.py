@@ -88,8 +88,8 @@ def joint_servos(
         if name == "model":
             servo = _servo_from_text(model, joint, load, lever, limits)
         elif name == "ideal":
-            speed = FASTEST * lever
-            servo = _assumed_servo(name, LIFT * load, speed, load, lever, "no real servo")
+            ends = LIFT * load, FASTEST * lever
+            servo = _assumed_servo(name, *ends, load, lever, "no real servo")
         elif slides:
             raise GaitsimError(
                 f"the servo {name!r} turns joints, and the joint {joint!r} slides",
@@ -186,14 +186,13 @@ def _servo_from_text(model: Any, joint: str, load: float, lever: float, limits: 
     if speed_limit is None:
         notes.append(_assumption("speed", of_speed, speed, FASTEST * lever))
     limit = min(torque_limit or torque or SHARE * load, most)
-    narrow = NARROW * lever
     given = float(model.jnt_user[index, 1]) if model.nuser_jnt > 1 and stiffness is None else 0.0
     if given:
-        reduced = _assumption("stiffness", of_stiffness, given, limit / narrow)
+        reduced = _assumption("stiffness", of_stiffness, given, limit / NARROW / lever)
         notes.insert(0, reduced or f"stiffness {given:.3g} {of_stiffness}")
         if not model.dof_armature[model.jnt_dofadr[index]]:
             notes.append("armature assumed")
-        given = min(given, limit / narrow)
+        given = min(given, limit / NARROW / lever)
     servo = _assumed_servo(
         "model",
         limit,

@@ -124,7 +124,11 @@ def check_text(text: str) -> None:
             f"the robot's text has {len(trunks)} trunks and {len(bodies)} bodies",
             f"one trunk, with at most {BODIES} bodies",
         )
+    joints = {one.get("name") for one in root.iter("joint")}
     motors = {motor.get("joint") or motor.get("tendon") for motor in root.iter("motor")}
+    kinds = [set(motor.keys()) for motor in root.iter("motor")]
+    if not motors <= joints or any(one not in ({"joint"}, {"tendon", "gear"}) for one in kinds):
+        raise _invalid("invalid motors", "a joint; or a tendon with gear, and a joint of its name")
     for body in bodies:
         _check_body(body, body is trunks[0], motors)
     for tag, most in (("geom", GEOMS), ("mesh", GEOMS), ("joint", BODIES), ("motor", BODIES)):
@@ -236,8 +240,8 @@ def with_motors(text: str, names: tuple[str, ...]) -> str:
     model = compile_model(text)
     root = parse(text.encode(), WHERE, encoding="utf-8")
     found = {one.get("name", ""): one for one in root.iter("joint") if one.get("axis")}
-    slides = {name: one for name, one in found.items() if one.get("type") == "slide"}
-    endless = [name for name, one in slides.items() if not one.get("range")]
+    slides = [name for name, one in found.items() if one.get("type") == "slide"]
+    endless = [name for name in slides if not found[name].get("range")]
     if names == ("all",):
         names = tuple(name for name in found if name not in endless)
     for name in names:

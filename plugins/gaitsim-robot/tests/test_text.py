@@ -45,6 +45,8 @@ def test_robots_texts_pass_and_compile():
         ("</worldbody>", "</worldbody><extension><plugin plugin='mujoco.pid'/></extension>"),
         ("</worldbody>", "</worldbody><option timestep='1'/>"),
         ("</worldbody>", "</worldbody><actuator><motor joint='hip' gear='2'/></actuator>"),
+        ("</worldbody>", "</worldbody><actuator><motor tendon='hip'/></actuator>"),
+        ("</worldbody>", "</worldbody><actuator><motor tendon='t' gear='2'/></actuator>"),
         ("</worldbody>", "</worldbody><size memory='1T'/>"),
         ("<mujoco model", "<!DOCTYPE r [<!ENTITY a 'x'>]><mujoco model"),
         ('angle="radian"', 'angle="radian" meshdir="/etc"'),
