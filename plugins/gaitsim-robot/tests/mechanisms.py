@@ -129,7 +129,7 @@ TENDON = (
 def linear_actuator(n: str, x: float, y: float) -> Part:
     """A driven hip, and a knee that a cylinder between thigh and shank bends."""
     bodies = (
-        f'<body name="{n}_thigh" pos="{x} {y} 0">{hinge(f"{n}_hip")}{rod(0, -THIGH)}'
+        f'<body name="{n}_thigh" pos="{x - 0.05} {y} 0">{hinge(f"{n}_hip")}{rod(0, -THIGH)}'
         f'<body name="{n}_shank" pos="0 0 {-THIGH}">{hinge(f"{n}_knee", "")}{rod(0.06, -SHANK)}'
         f'{ball(0.06, -SHANK)}<site name="{n}_end_a" pos="-0.05 0 -0.01"/></body>'
         f'<body name="{n}_tube" pos="0 0 -0.03">{hinge(f"{n}_pin", "")}{rod(-0.025, -0.04, 0.005)}'
