@@ -108,7 +108,7 @@ def judge(path: Path, model: mujoco.MjModel, robot: Robot) -> tuple[str, tuple[s
 
 
 def stated_motors(path: Path) -> set[str] | None:
-    """Return the joints that the actuators of a file drive; None if it has no actuators."""
+    """Return the joints and tendons that the actuators of a file move; None if it has none."""
     root = ElementTree.fromstring(path.read_bytes().strip(b"\0 \r\n"))
     if root.tag == "robot":
         return {one.get("name", "") for one in root.iterfind("transmission/joint")} or None
@@ -116,14 +116,13 @@ def stated_motors(path: Path) -> set[str] | None:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError:  # gaitsim repairs what MuJoCo does not read
         return None
-    joints: set[int] = set()
+    names: set[str] = set()
     for kind, target in zip(model.actuator_trntype, model.actuator_trnid[:, 0], strict=True):
         if kind == mujoco.mjtTrn.mjTRN_TENDON:
-            first = model.tendon_adr[target]
-            joints |= {*model.wrap_objid[first : first + model.tendon_num[target]].tolist()}
+            names.add(model.tendon(int(target)).name)  # of its pulley, too
         elif kind == mujoco.mjtTrn.mjTRN_JOINT:
-            joints.add(int(target))
-    return {model.joint(joint).name for joint in joints} or None
+            names.add(model.joint(int(target)).name)
+    return names or None
 
 
 def link_masses(path: Path) -> float:
