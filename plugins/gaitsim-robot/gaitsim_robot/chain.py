@@ -195,11 +195,13 @@ def stacked(chains: Sequence[Chain], axes: int = 0) -> Chain:
         chains: chains with joints of the same kinds.
         axes: number of axes to insert behind that of the bodies, such as for samples of a cycle.
     """
-    parts = []
-    for name in ("anchors", "axes", "tip", "zero", "lower", "upper"):
-        joined = np.stack([getattr(chain, name) for chain in chains])
-        parts.append(np.expand_dims(joined, tuple(range(1, 1 + axes))))
-    return Chain(*parts, chains[0].slides)
+
+    def joined(name: str) -> Floats:
+        found = np.stack([getattr(chain, name) for chain in chains])
+        return np.expand_dims(found, tuple(range(1, 1 + axes)))
+
+    names = ("anchors", "axes", "tip", "zero", "lower", "upper")
+    return Chain(**{name: joined(name) for name in names}, slides=chains[0].slides)
 
 
 def sliding(model: Any) -> NDArray[np.bool_]:

@@ -401,7 +401,8 @@ class Robot(Organism):
         object.__setattr__(self, "reflexes", given)
         check_sensors(self.sensors)
         check_needs(reflexes, self.sensors)
-        check_evolve(self._evolving[1], reflexes, [*self.design_space()])
+        space = self.design_space() if self.evolve else ()
+        check_evolve(self._evolving[1], reflexes, [*space])
         check_drive(self.drive)
         check_world(self.world, self.conditions())
         turning = [name for name in self.anatomy.joints if name not in self.sliding_joints()]
@@ -412,14 +413,14 @@ class Robot(Organism):
 
     def _check_dimensions(self) -> None:
         """Check the options of dimensions, and that the design can stand."""
-        space = self._designs
-        if self.dimensions or self._evolving[0] or self.ranges:
-            for name in (*self.dimensions, *self.evolve):
-                if name not in space.dimensions and (reason := space.missing(name)):
-                    raise GaitsimError(
-                        reason, key="dimensions", allowed=", ".join(space.dimensions)
-                    )
-            check_dimensions(space.dimensions, self.dimensions, self._evolving[0], self.ranges)
+        if not (self.dimensions or self.evolve or self.ranges):
+            return
+        designs, evolving = self._designs, self._evolving[0]
+        for name in (*self.dimensions, *self.evolve):
+            if name not in designs.dimensions and (reason := designs.missing(name)):
+                allowed = ", ".join(designs.dimensions)
+                raise GaitsimError(reason, key="dimensions", allowed=allowed)
+        check_dimensions(designs.dimensions, self.dimensions, evolving, self.ranges)
         if self.dimensions and (problem := self._design.problem):
             raise GaitsimError(
                 f"the robot with these dimensions does not stand: {problem}",
