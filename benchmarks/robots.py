@@ -94,10 +94,11 @@ def load(path: Path, package: Path) -> LoadResult:
 
 def judge(path: Path, model: mujoco.MjModel, robot: Robot) -> tuple[str, tuple[str, ...]]:
     """Return what was read of a robot, and its warnings."""
-    anatomy, driven = robot.anatomy, {model.joint(joint).name for joint in motors(model)}
+    names = [model.joint(joint).name for joint in motors(model)]
+    anatomy, driven = robot.anatomy, {name.removesuffix(" pulley") for name in names}
     stated = stated_motors(path)
     wrong = stated is not None and driven != stated & {
-        model.joint(i).name for i in range(model.njnt)
+        model.joint(i).name.removesuffix(" pulley") for i in range(model.njnt)
     }
     legs = ", ".join(f"{leg.name} {len(leg.joints)}" for leg in anatomy.legs)
     told = "none stated" if stated is None else f"{len(stated)} stated"
