@@ -55,6 +55,7 @@ API = {
             "gaitsim.storage.verification.Verdict",
             "gaitsim.sharing.challenge.CodeVerdict",
             "gaitsim.sharing.challenge.Challenge",
+            "gaitsim_design.creating.design",
             "gaitsim_imitation.imitating.imitate",
             "gaitsim_studies.comparing.compare",
             "gaitsim_studies.comparing.Comparison",

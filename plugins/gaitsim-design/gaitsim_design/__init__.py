@@ -1,0 +1,1 @@
+"""Maps of designs: the best gaits of a body for many values of its dimensions."""
