@@ -149,8 +149,8 @@ class Design(Action):
         from gaitsim.plugin.runs import load_experiment, parse_assignments
         from gaitsim_design.creating import Plan, expected_seconds, known_gaits
 
-        given = parse_assignments(self.set_ or ())
-        given |= {} if self.seed is None else {"seed": self.seed}
+        seed = {} if self.seed is None else {"seed": self.seed}
+        given = {**parse_assignments(self.set_ or ()), **seed}
         gaits = []
         with status(f"Preparing the designs of {visible(self.body)} …"):
             if self.from_:

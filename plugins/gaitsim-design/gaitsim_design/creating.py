@@ -284,7 +284,9 @@ def design(
         plan = Plan(ranges, levels, sample, replicates, original, polish, speed, gaits)
         experiment = plan.experiment(str(body), given, ARGUMENTS)
         search = plan.create(experiment, None if out is None else Path(out), workers=workers)
+    path = search.path
+    assert path is not None, "the search of a run"
     with search:
         for generation in search:
             on_generation(generation.number)
-    return DesignMap.of(RunSnapshot(search.path))
+    return DesignMap.of(RunSnapshot(path))

@@ -134,6 +134,18 @@ class DesignMap:
         return int(np.flatnonzero((self.designs == 1).all(axis=1))[0])
 
     @property
+    def grid(self) -> NDArray[np.int64] | None:
+        """The index of each design of a grid of two dimensions, (first, second); else None.
+
+        An original between the lines of the grid is left out.
+        """
+        if self.search.sample or len(self.names) != 2:
+            return None
+        count = self.search.levels**2
+        indices = np.arange(len(self.designs) - count, len(self.designs))
+        return indices.reshape(self.search.levels, -1)
+
+    @property
     def points(self) -> Floats:
         """The designs, (designs, dimensions), scaled from their ranges to −1 to 1."""
         low, high = self.designs.min(axis=0), self.designs.max(axis=0)
@@ -231,7 +243,7 @@ class DesignMap:
 
     def member(self, design: int) -> int:
         """Return the number of a design among the members of the run, from 1; 0 without a gait."""
-        held = self.walks.any(axis=1)
+        held = np.asarray(self.walks.any(axis=1))
         return int(held[: design + 1].sum()) if held[design] else 0
 
     def individual(self, design: int) -> Individual:
@@ -247,14 +259,17 @@ class DesignMap:
             )
         )
 
-    @property
+    @cached_property
     def chosen(self) -> Mapping[str, int]:
-        """Designs to look at, by name: the original, the best, the least heat and cost."""
-        found = {"original": self.original, "best score": self.best}
+        """Designs to look at, by what they are: the original, the best, the least cost and heat."""
+        wanted = {"original": self.original, "best score": self.best}
         for name, quantity in self.quantities.items():
             if not quantity.higher and name != PEAK:
-                found[f"least {name}"] = self.leading(name)
-        return found
+                wanted[f"least {name}"] = self.leading(name)
+        found: dict[int, list[str]] = {}
+        for name, index in wanted.items():
+            found.setdefault(index, []).append(name)
+        return {", ".join(names): index for index, names in found.items()}
 
     @cached_property
     def servo_loads(self) -> Mapping[str, tuple[ServoLoad, ...]]:

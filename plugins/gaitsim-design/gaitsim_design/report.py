@@ -48,9 +48,9 @@ def table(found: DesignMap) -> str:
     for index, row in enumerate(found.designs.tolist()):
         cells: list[Any] = [index + 1, *row, *(np.array(row) * nominal).tolist()]
         cells += [int(index == found.original), int(found.plateau[index]), found.member(index)]
-        for means, widths, differs in statistics:
-            mean, width = float(means[index]), float(widths[index])
-            cells += [mean, mean - width, mean + width, int(differs[index])]
+        for mean, half, differs in statistics:
+            center, width = float(mean[index]), float(half[index])
+            cells += [center, center - width, center + width, int(differs[index])]
         writer.writerow(
             ["" if isinstance(one, float) and math.isnan(one) else one for one in cells]
         )
@@ -62,21 +62,21 @@ def to_dict(found: DesignMap) -> dict[str, Any]:
     search = found.search
     quantities = {}
     for name, quantity in found.quantities.items():
-        means, widths = found.summary(name)
-        share, width, r_squared = shares(found.points, quantity.values)
+        means, half = found.summary(name)
+        share, ends, r_squared = shares(found.points, quantity.values)
         quantities[name] = {
             "unit": quantity.unit,
             "higher_is_better": quantity.higher,
             "values": quantity.values.tolist(),
             "mean": means.tolist(),
-            "half_width": widths.tolist(),
+            "half_width": half.tolist(),
             "vs_original": found.differs(name).tolist(),
             "noise": Noise.of(quantity.values).deviation,
             "variance_explained": dict(zip(found.names, share.tolist(), strict=True)),
-            "variance_half_width": dict(zip(found.names, width.tolist(), strict=True)),
+            "variance_range": dict(zip(found.names, ends.T.tolist(), strict=True)),
             "r_squared": r_squared,
         }
-    share, known = found.heat_share
+    rated, known = found.heat_share
     return {
         "run": str(found.run.path),
         "generation": found.run.generation,
@@ -89,7 +89,7 @@ def to_dict(found: DesignMap) -> dict[str, Any]:
         "plateau": np.flatnonzero(found.plateau).tolist(),
         "replicates": search.replicates,
         "speed": search.speed or None,
-        "continuous_share": {"value": share, "known": known},
+        "continuous_share": {"value": rated, "known": known},
         "quantities": quantities,
         "failures": {str(index): reason for index, reason in found.failures().items()},
         "servos": {
@@ -149,7 +149,7 @@ def _print_dimensions(found: DesignMap) -> None:
     columns = [name for name in ("score", SPEED, COST, HEAT) if name in found.quantities]
     each = {name: shares(found.points, found.quantities[name].values) for name in columns}
     rows = [
-        [name, *(_share(share[index], width[index]) for share, width, _ in each.values())]
+        [name, *(_share(share[index], *ends[:, index]) for share, ends, _ in each.values())]
         for index, name in enumerate(found.names)
     ]
     rows.append(["R² of the surface", *(_percent(one) for *_, one in each.values())])
@@ -204,8 +204,11 @@ def _print_servos(found: DesignMap) -> None:
 def _notes(found: DesignMap) -> list[str]:
     """Return what the figures assume."""
     search, experiment = found.search, found.experiment
-    lines = ["± is the 95 % interval of the mean over replicates; ▲ and ▼ mark differences from "
-             "the original beyond the noise of the search, for all designs together."]  # fmt: skip
+    lines = [
+        "± is the 95 % interval of the mean over replicates; ▲ and ▼ mark differences from the "
+        "original beyond the noise of the search, for all designs together. Shares of the variance "
+        "are first-order indices of a quadratic surface, in brackets for single replicates."
+    ]
     worlds = experiment.worlds.count
     if worlds:
         kind = {"mean": "the mean over", "worst": "those in the worst of"}.get(
@@ -245,6 +248,5 @@ def _percent(value: float) -> str:
     return f"{value:.0%}" if math.isfinite(value) else "–"
 
 
-def _share(value: float, width: float) -> str:
-    more = f" ± {width:.0%}" if math.isfinite(width) else ""
-    return _percent(value) + more if math.isfinite(value) else "–"
+def _share(value: float, low: float, high: float) -> str:
+    return f"{value:.0%} ({low:.0%} to {high:.0%})" if math.isfinite(value) else "–"

@@ -348,7 +348,8 @@ class Designs(Search):
     ) -> NDArray[np.bool_]:
         """Return which gaits are better than other ones, (population,)."""
         reached, before = self._reached(scores, values), self._reached(old_scores, old_values)
-        return (reached > before) | ((reached == before) & (scores > old_scores))
+        better = (reached > before) | ((reached == before) & (scores > old_scores))
+        return np.asarray(better, np.bool_)
 
 
 def designs_of(

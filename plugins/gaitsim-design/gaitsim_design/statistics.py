@@ -136,7 +136,7 @@ class Surface:
         if rank < terms.shape[1]:
             return None
         rest = float(np.square(values - terms @ found).sum())
-        return cls(found, 1 - rest / total, points.shape[1])
+        return cls(np.asarray(found, np.float64), 1 - rest / total, points.shape[1])
 
     @property
     def shares(self) -> Floats:
@@ -176,20 +176,20 @@ def _second(points: Floats) -> Floats:
 
 
 def shares(points: Floats, values: Floats) -> tuple[Floats, Floats, float]:
-    """Return the share of each dimension in the variance, its half width, and R².
+    """Return the share of each dimension in the variance, its range over replicates, and R².
 
-    Shares and R² are those of the surface of the means. The half widths of their 95 % intervals
-    come from a surface for each replicate. All are NaN without a surface.
+    Shares, (dimensions,), and R² are those of the surface of the means. The smallest and largest
+    shares, (2, dimensions), are those of the surfaces of single replicates. All are NaN without a
+    surface.
 
     Args:
         points: designs, (designs, dimensions), scaled to −1 to 1.
         values: values, (designs, replicates).
     """
     found = Surface.fit(points, values.mean(axis=1))
-    nothing = np.full(points.shape[1], np.nan)
-    if found is None:
-        return nothing, nothing, math.nan
     each = [Surface.fit(points, column) for column in values.T]
     apart = [one.shares for one in each if one is not None]
-    width = intervals(np.stack(apart, axis=1))[1] if len(apart) == len(each) else nothing
-    return found.shares, width, found.r_squared
+    if found is None or not apart:
+        nothing = np.full(points.shape[1], np.nan)
+        return nothing, np.stack([nothing, nothing]), math.nan
+    return found.shares, np.stack([np.min(apart, axis=0), np.max(apart, axis=0)]), found.r_squared
