@@ -130,7 +130,17 @@ class Still(Mutation):
 
 PACKAGES = tuple(
     f"gaitsim_{name}"
-    for name in ("adaptation", "design", "imitation", "page", "robot", "serve", "studies", "testing", "wire")
+    for name in (
+        "adaptation",
+        "design",
+        "imitation",
+        "page",
+        "robot",
+        "serve",
+        "studies",
+        "testing",
+        "wire",
+    )
 )
 ALL = all(map(find_spec, PACKAGES))
 """Whether all packages are installed; tests of the core that use one are left out otherwise."""

@@ -27,6 +27,7 @@ from gaitsim.storage.writer import RunWriter
 
 NEEDED = {
     "nsga-2": ["search.objectives.reach=max", "search.objectives.price=max"],
+    "designs": ["search.dimensions=['c']", "search.sample=4", "search.original=3"],
     "map-elites": ["search.axes.reach=[-2, 3]", "search.cells=[8]"],
 }
 """Options without a default."""

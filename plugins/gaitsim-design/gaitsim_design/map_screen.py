@@ -19,6 +19,7 @@ from gaitsim.screen import ArchiveMap, BodyCanvas, GaitScreen, RunChoice, bindin
 from gaitsim_design.maps import DesignMap
 
 FPS = 12
+WIDE = 46  # columns for the figures of the original beside those of a design
 PAUSE = 0.1  # seconds for which the cursor rests before a design is simulated
 
 
@@ -145,7 +146,8 @@ How the dimensions of a body change its best gaits.
             f"\n{', '.join([*names, on_it])}; o original, ★ best, · plateau", "not bold dim"
         )
         self.query_one("#design", Static).update(head)
-        self.query_one("#figures", Static).update(_figures(found, design, self.quantity))
+        figures = self.query_one("#figures", Static)
+        figures.update(_figures(found, design, self.quantity, figures.size.width - 2))
         if not self.is_busy("walk"):
             self._walk()
 
@@ -224,16 +226,17 @@ def _individual(found: DesignMap, member: int) -> Individual:
     return individual
 
 
-def _figures(found: DesignMap, design: int, chosen: str) -> Text:
-    """Return the figures of a design with intervals, the original's beside them."""
-    text = Text(f"{'':18}{'this design':>18}  {'original':>9}\n", "dim", no_wrap=True)
+def _figures(found: DesignMap, design: int, chosen: str, width: int) -> Text:
+    """Return the figures of a design with intervals; beside them, if they fit, the original's."""
+    wide = width >= WIDE
+    text = Text(f"{'':18}{'this design':>15}  {'original':>9}\n" * wide, "dim", no_wrap=True)
     for name, quantity in found.quantities.items():
         means, half = found.summary(name)
         mark = {1: "▲", -1: "▼", 0: " "}[int(found.differs(name)[design])]
-        width = f" ± {number(float(half[design]), 2)}" if np.isfinite(half[design]) else ""
-        value = f"{number(float(means[design]), 3)}{width}"
-        other = number(float(means[found.original]), 3)
-        unit = quantity.unit if len(quantity.unit) < 6 else ""
-        line = f"{name + (f' ({unit})' if unit else ''):18}{value:>18}{mark} {other:>9}\n"
+        more = f" ± {number(float(half[design]), 2)}" if np.isfinite(half[design]) else ""
+        value = f"{number(float(means[design]), 3)}{more}"
+        unit = f" ({quantity.unit})" if 0 < len(quantity.unit) < 6 else ""
+        other = f" {number(float(means[found.original]), 3):>9}" if wide else ""
+        line = f"{name + unit:18}{value:>15}{mark}{other}\n"
         text.append(line, "not dim bold" if name == chosen else "not dim")
     return text

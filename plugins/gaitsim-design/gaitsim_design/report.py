@@ -14,7 +14,7 @@ from gaitsim.plugin.commands import as_json, output, print_table
 from gaitsim.plugin.pictures import number
 from gaitsim.plugin.runs import command, exports_folder, write_bytes
 from gaitsim_design.maps import COST, HEAT, SPEED, DesignMap
-from gaitsim_design.statistics import Noise, shares
+from gaitsim_design.statistics import Noise, pairs, shares
 
 JSON, CSV = "results.json", "designs.csv"
 FEW = 12  # failed designs that are listed
@@ -174,7 +174,7 @@ def _plateau_lines(found: DesignMap) -> list[str]:
         f"Plateau: the scores of {int(on.sum())} of {len(on)} designs cannot be distinguished from "
         f"the best: {ends}. The original is {where}.",
         f"Noise of the search: standard deviation {number(noise.deviation)}; means that differ by "
-        f"more than {number(noise.margin(len(on) - 1))} are different designs. "
+        f"more than {number(noise.margin(pairs(len(on))))} are different designs. "
         f"{int((differs > 0).sum())} designs score above the original, {int((differs < 0).sum())} "
         "below.",
     ]

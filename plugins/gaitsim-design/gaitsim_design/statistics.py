@@ -88,16 +88,22 @@ def differences(values: Floats, reference: int) -> NDArray[np.int64]:
         return np.where(np.abs(change) > margin, np.sign(change), 0).astype(np.int64)
 
 
+def pairs(designs: int) -> int:
+    """Return the number of pairs of designs."""
+    return designs * (designs - 1) // 2
+
+
 def plateau(values: Floats) -> NDArray[np.bool_]:
     """Return which designs cannot be distinguished from the best one, (designs,).
 
-    Without a known noise, this is the best one alone.
+    The margin holds for all pairs of designs, as the best one is known only by the same values.
+    Without a known noise, the plateau is the best one alone.
 
     Args:
         values: values, (designs, replicates); higher is better.
     """
     means = np.where(np.isfinite(values).all(axis=1), values.mean(axis=1), -np.inf)
-    margin = Noise.of(values).margin(len(values) - 1)
+    margin = Noise.of(values).margin(pairs(len(values)))
     best = means.max(initial=-np.inf)
     lowest = best if math.isnan(margin) else best - margin
     return np.asarray((means >= lowest) & np.isfinite(means), np.bool_)
