@@ -99,11 +99,14 @@ SHORTER = {
     ),
     "gaitsim run walker --dask local --workers 4": "gaitsim run walker --dask local --workers 2",
     "gaitsim run my_robot.urdf --generations 30": "gaitsim run my_robot.urdf --generations 3",
+    "gaitsim design hexapod --dimensions femur,tibia,hips.width --sample 60": (
+        "gaitsim design hexapod --dimensions femur,tibia,hips.width --sample 12"
+    ),
     "gaitsim run hexapod --generations 10 --population 24 --set organism.duration=4": (
         "gaitsim run hexapod --generations 2 --population 4 --set organism.duration=4"
     ),
 }
-"""Commands with many generations, none of which a later command names."""
+"""Commands with many generations or designs, none of which a later command names."""
 
 LESS = {
     "run": {"--population": "10", "--generations": "2"},
@@ -111,6 +114,7 @@ LESS = {
     "video": {"--size": "320x180", "--fps": "1", "--speed": "1"},
     "play": {"--at": "0"},
     "compare": {"--repeats": "2", "--evaluations": "400"},
+    "design": {"--levels": "3", "--replicates": "2", "--original": "1", "--polish": "1"},
     "imitate": {"--epochs": "20"},
     "adapt": {"--trials": "2"},
 }
@@ -236,7 +240,7 @@ def quick(arguments: list[str]) -> list[str]:
         less = {}  # other options are refused; what runs in the background is stopped
     elif arguments[0] == "run" and "atlas" in arguments[1]:
         less = {**less, "--population": "20"}  # two genomes for each emitter
-    elif arguments[0] in ("run", "atlas") and is_robot(arguments[1]):
+    elif arguments[0] in ("run", "atlas", "design") and is_robot(arguments[1]):
         if arguments[0] == "run":
             less = {"--population": "4", "--generations": "2", "--workers": "1"}
         given = " ".join(arguments)

@@ -49,7 +49,7 @@ class Design(Action):
 
     gaitsim design hexapod --dimensions femur,tibia,hips.width --sample 60
 
-    gaitsim design quadruped --from runs/quadruped --from runs/quadruped-2
+    gaitsim design quadruped --from runs/quadruped
 
     gaitsim design quadruped --speed 0.3 --out runs/at-0.3
 

@@ -11,10 +11,12 @@ import numpy as np
 
 from gaitsim.plugin import (
     ARGUMENTS,
+    EXPERIMENTS,
     Dimension,
     GaitsimError,
     RunError,
     contract_error,
+    entries,
     options,
     plugin_errors,
     unknown,
@@ -201,12 +203,13 @@ def expected_seconds(experiment: Experiment, workers: int | None) -> float:
 
 
 def find_map(reference: str) -> RunSnapshot | None:
-    """Return the run of a map by name or folder; None if there is no such run.
+    """Return the run of a map by folder or, unless it is a preset, by name; None without one.
 
     Raises:
         RunError: it is a folder without a run.
     """
-    for path in (Path(reference), Path("runs") / reference):
+    named = [] if reference in entries(EXPERIMENTS) else [Path("runs") / reference]
+    for path in (Path(reference), *named):
         if holds_run(path):
             return RunSnapshot(path)
     if Path(reference).is_dir():
