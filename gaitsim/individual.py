@@ -257,13 +257,16 @@ class Individual(ReprMixin):
         return {name: measurement.value for name, measurement in self.measurements.items()}
 
     def unit_of(self, name: str) -> str:
-        """Return the unit of a measure, a term or the score by name.
+        """Return the unit of a measure, a term or the score by name; '' for other values.
 
         Raises:
             PluginError: the body cannot measure the motion.
         """
         measured = self.measurements.get(name)
-        return measured.unit if measured else self.experiment.fitness.unit
+        if measured:
+            return measured.unit
+        scored = name == "score" or name.removeprefix("term:") in self.terms
+        return self.experiment.fitness.unit if scored else ""
 
     @property
     def worlds(self) -> int:

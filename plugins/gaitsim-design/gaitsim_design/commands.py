@@ -12,7 +12,7 @@ from gaitsim.plugin import GaitsimError, Names, option
 from gaitsim.plugin.commands import INTERRUPTED, JSON, SET, WORKERS, Action, argument, parse_pairs
 
 if TYPE_CHECKING:
-    from gaitsim.plugin.runs import Experiment
+    from gaitsim.plugin.runs import RunSnapshot
 
 Ranges = dict[str, tuple[float, float] | None]
 
@@ -96,7 +96,7 @@ class Design(Action):
     from_: Names | None = option(
         None,
         "known gait of the original: a run (its champion), RUN@N, RUN#N, a champion file or a "
-        "challenge code; may be given several times",
+        "challenge code",
         flag="--from",
         placeholder="RUN",
         completion="run_names",
@@ -114,90 +114,63 @@ class Design(Action):
 
     def do(self) -> None:
         """Compute or continue the map, and print it."""
-        from gaitsim.plugin.commands import interruptible, print_json, report_files, status
+        from gaitsim.plugin.commands import (
+            Progress,
+            interruptible,
+            notice,
+            print_json,
+            report_files,
+            status,
+        )
         from gaitsim.plugin.pictures import visible
-        from gaitsim.plugin.runs import Run, RunSnapshot
+        from gaitsim.plugin.runs import Run, command
         from gaitsim_design.creating import find_map
-        from gaitsim_design.maps import DesignMap, designs_search
+        from gaitsim_design.maps import DesignMap
         from gaitsim_design.report import print_map, to_dict, write_results
 
-        with interruptible():
-            try:
-                with status(f"Reading {visible(self.body)} …"):
-                    run = find_map(self.body)
-                    if run is not None:
-                        designs_search(run)
-                path = self._create() if run is None else run.path
-            except KeyboardInterrupt:
-                sys.exit(INTERRUPTED)
-            snapshot = RunSnapshot(path)
-            if snapshot.generation < snapshot.experiment.evolution.generations:
-                self._evolve(Run(path))
-            with status("Measuring the designs …"):
-                found = DesignMap.of(RunSnapshot(path))
-                files = write_results(found)
+        again = command("design", self.body)
+        try:
+            with interruptible():
+                with status(f"Preparing the designs of {visible(self.body)} …"):
+                    run = find_map(self.body) or self._create()
+                again = command("design", run.path)
+                total, done = run.experiment.evolution.generations, run.generation
+                what = f"designs {run.path}"
+                log = f"{what}: generation {done} of {total}" * (done < total)
+                with (
+                    Progress(what, "generations", total, done, log=log) as progress,
+                    Run(run.path).resume(workers=self.workers) as search,
+                ):
+                    for generation in search:
+                        progress.reach(generation.number)
+                with status("Measuring the designs …"):
+                    found = DesignMap.of(run.reopened())
+                    files = write_results(found)
+        except KeyboardInterrupt:
+            notice(f"Stopped; finished generations are saved. Continue with: {again}")
+            sys.exit(INTERRUPTED)
         report_files(*files)
         if self.json_lines:
             print_json(to_dict(found))
         else:
             print_map(found, files)
 
-    def _create(self) -> Path:
-        """Create the run, and state how long it will take."""
-        from gaitsim.plugin.commands import notice, status
-        from gaitsim.plugin.pictures import visible
-        from gaitsim.plugin.runs import load_experiment, parse_assignments
-        from gaitsim_design.creating import Plan, expected_seconds, known_gaits
+    def _create(self) -> RunSnapshot:
+        """Create the run, and print how long it will take."""
+        from gaitsim.plugin.commands import notice
+        from gaitsim.plugin.runs import RunSnapshot, parse_assignments
+        from gaitsim_design.creating import Plan, expected_seconds
 
         seed = {} if self.seed is None else {"seed": self.seed}
-        given = {**parse_assignments(self.set_ or ()), **seed}
-        gaits = []
-        with status(f"Preparing the designs of {visible(self.body)} …"):
-            if self.from_:
-                gaits = known_gaits(load_experiment(self.body, given), self.from_)
-            plan = Plan(
-                self.dimensions or {},
-                self.levels,
-                self.sample,
-                self.replicates,
-                self.original,
-                self.polish,
-                self.speed,
-                gaits,
-            )
-            experiment = plan.experiment(self.body, given)
-            path: Path = plan.create(experiment, self.out).path
-            seconds = expected_seconds(experiment, self.workers)
-        notice(_announce(experiment, path, seconds))
-        return path
-
-    def _evolve(self, run: Any) -> None:
-        """Evolve the run to its end, with a progress bar; exit if the user stops it."""
-        from gaitsim.plugin.commands import Progress, notice
-        from gaitsim.plugin.runs import command
-
-        total, done = run.experiment.evolution.generations, run.generation
-        log = f"map of designs {run.path}: generation {done} of {total}"
-        try:
-            with (
-                Progress(f"designs {run.path}", "generations", total, done, log=log) as progress,
-                run.resume(workers=self.workers) as search,
-            ):
-                for generation in search:
-                    progress.reach(generation.number)
-        except KeyboardInterrupt:
-            again = command("design", run.path)
-            notice(f"Stopped; finished generations are saved. Continue with: {again}")
-            sys.exit(INTERRUPTED)
-
-
-def _announce(experiment: Experiment, path: Path, seconds: float) -> str:
-    """Return the size of a map and how long it will take."""
-    from gaitsim_design.creating import search_of
-
-    replicates, evolution = search_of(experiment).replicates, experiment.evolution
-    minutes = f"{seconds / 60:.0f} minutes" if seconds > 90 else f"{seconds:.0f} seconds"
-    return (
-        f"{path}: {evolution.population // replicates:,} designs × {replicates} replicates × "
-        f"{evolution.generations} generations; about {minutes}"
-    )
+        names = "levels", "sample", "replicates", "original", "polish", "speed"
+        given: dict[str, Any] = {name: getattr(self, name) for name in names}
+        plan = Plan(self.dimensions or {}, start=self.from_ or (), **given)
+        path = plan.create(self.body, {**parse_assignments(self.set_ or ()), **seed}, self.out)
+        run = RunSnapshot(path)
+        seconds, evolution = expected_seconds(run, self.workers), run.experiment.evolution
+        notice(
+            f"{path}: {evolution.population // self.replicates:,} designs × {self.replicates} "
+            f"replicates × {evolution.generations} generations; about "
+            + (f"{seconds / 60:.0f} minutes" if seconds > 90 else f"{seconds:.0f} seconds")
+        )
+        return run

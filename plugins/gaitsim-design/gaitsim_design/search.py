@@ -2,7 +2,7 @@
 
 The last genes of a genome are factors of the body's dimensions. A run has three phases:
 
-    original: CMA-ES finds a gait of the original body  ─▶  transfer: every design tries the gaits
+    original: gaits evolve on the original body  ─▶  transfer: every design tries the best of them
     ─▶  polish: each design tries variations of its own gait and of those of other designs
 
 A generation holds one individual of each design in each replicate. Replicates never exchange gaits,
@@ -10,7 +10,7 @@ so that the differences between them are the noise of the search.
 """
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +24,13 @@ from gaitsim.plugin import (
     Results,
     Search,
     State,
-    load_class,
     option,
 )
 
 Floats = NDArray[np.float64]
 
-GAITS = "cma-es"
-"""The search for gaits of the original."""
+MOST = 100_000
+"""Maximum number of designs."""
 
 FROM_OTHERS = 0.5
 """Share of the variations whose parent is the gait of another design."""
@@ -45,24 +44,25 @@ class Designs(Search):
 
     A design keeps the better of its gait and a variation of it, as the (1 + 1) evolution strategy
     of Rechenberg 1973 does; instead of adapting, step sizes are drawn from a wide range. Half of
-    the parents are gaits of other designs, as in MAP-Elites (Mouret and Clune 2015).
+    the parents are gaits of other designs, as in MAP-Elites (Mouret and Clune 2015): the better one
+    of two. While gaits evolve on the original, all designs are the original.
     """
 
     dimensions: tuple[str, ...] = option(
-        ..., "names of the dimensions, whose factors are the last genes"
+        (), "names of the dimensions, whose factors are the last genes"
     )
     levels: int = option(7, "factors of each dimension in a grid of designs", ge=3, le=1000)
     sample: int = option(
         0,
         "number of designs, the original among them, in a Latin hypercube instead of a grid",
         ge=0,
-        le=100_000,
+        le=MOST,
     )
     replicates: int = option(
         3, "independent repetitions, whose differences show the noise of the search", ge=1, le=1000
     )
     original: int = option(
-        10, "generations that search for gaits of the original; 0 starts from known gaits", ge=0
+        10, "generations that evolve gaits of the original; 0 begins with known gaits", ge=0
     )
     speed: float = option(
         0.0,
@@ -78,126 +78,125 @@ class Designs(Search):
 
     def objection(self, space: GenomeSpace, population: int) -> str:
         """Return why the genes or the population do not fit, or ''."""
-        if not (isinstance(space, RealSpace) and 0 < len(self.dimensions) < space.genes):
-            return f"the body has too few genes for {len(self.dimensions)} dimensions and a gait"
-        if self.sample == 1 or (self.sample == 0 and self.levels ** len(self.dimensions) > 100_000):
-            return "the number of designs must be from 2 to 100,000"
-        low, high = self.ends(space)
-        for name, least, most in zip(self.dimensions, low, high, strict=True):
-            if not least <= 1 <= most:
-                return f"the range of {name}, {least:g} to {most:g}, must contain the original, 1"
-        count = len(designs_of(low, high, self.levels, self.sample, np.random.default_rng(0)))
-        if population != count * self.replicates:
-            return (
-                f"the population must be {count * self.replicates}: {count} designs in "
-                f"{self.replicates} replicates"
-            )
-        return self._gaits.objection(self._gait_space(space), count) if self.original else ""
+        count = len(self.dimensions)
+        if not (isinstance(space, RealSpace) and 0 < count < space.genes):
+            return f"{space.genes} genes are too few for {count} dimensions and a gait"
+        if self.sample == 1 or (not self.sample and self.levels**count >= MOST):
+            return f"the number of designs must be from 2 to {MOST:,}"
+        ends = self.ends(space)
+        for name, low, high in zip(self.dimensions, *ends, strict=True):
+            if not low <= 1 <= high:
+                return f"the range of {name}, {low:g} to {high:g}, must contain the original, 1"
+        designs = len(designs_of(*ends, self.levels, self.sample, np.random.default_rng(0)))
+        if population == designs * self.replicates:
+            return ""
+        return (
+            f"the population must be {designs * self.replicates}: {designs} designs in "
+            f"{self.replicates} replicates"
+        )
 
     def reads(self) -> tuple[str, ...]:
         """Return the names of the recorded measures, and the speed if one is to be reached."""
         return tuple(dict.fromkeys((*self.measures, *(["speed"] if self.speed else []))))
 
-    def ends(self, space: RealSpace) -> tuple[Floats, Floats]:
+    def ends(self, space: GenomeSpace) -> tuple[Floats, Floats]:
         """Return the smallest and largest factors, (dimensions,) each."""
+        assert isinstance(space, RealSpace), "the only space that the search supports"
         first = space.genes - len(self.dimensions)
         return space.lower[first:], space.upper[first:]
 
     def initial(self, context: Context) -> State:
-        """Return the designs, the known gaits, and the states of the searches of the original."""
-        space = _real(context.space)
-        designs = designs_of(*self.ends(space), self.levels, self.sample, context.rng)
-        starts = context.starts if len(context.starts) else context.random(self.replicates)
-        gaits = np.array(starts[:, : -len(self.dimensions)])
-        state: dict[str, Any] = {"designs": designs, "genomes": np.empty((0, space.genes))}
-        if self.original:
-            for replicate in range(self.replicates):
-                inner = self._gaits.initial(self._inner(context, len(designs), gaits))
-                state |= {f"{replicate}: {name}": value for name, value in inner.items()}
-            gaits = np.resize(gaits, (self.replicates, gaits.shape[1]))
-        empty = np.empty((0, len(self.reads())))
-        known = {"gaits": gaits, "gait scores": np.full(len(gaits), -np.inf)}
-        known["gait values"] = np.full((len(gaits), empty.shape[1]), np.nan)
-        return {**state, **known, "scores": np.empty(0), "values": empty}
+        """Return the designs and the known gaits."""
+        known = context.starts if len(context.starts) else context.random(context.population)
+        return {
+            "designs": designs_of(*self.ends(context.space), self.levels, self.sample, context.rng),
+            "known": np.array(known[:, : -len(self.dimensions)]),
+            "genomes": np.empty((0, context.space.genes)),
+            "scores": np.empty(0),
+            "values": np.empty((0, len(self.reads()))),
+        }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return gaits of the original, then the known gaits, then variations, for each design."""
-        designs, transferred = state["designs"], context.generation - self.original - 1
-        if transferred < 0:
-            return self._ask_gaits(state, last, context)
-        if transferred < self.transfers(len(state["gaits"])):
-            chosen = np.arange(self.replicates) + self.replicates * transferred
-            gaits = state["gaits"][chosen % len(state["gaits"])].repeat(len(designs), axis=0)
+        """Return known gaits and variations on the original, then gaits for all designs."""
+        designs, known = state["designs"], state["known"]
+        rows, count, genes = np.arange(context.population), len(designs), known.shape[1]
+        begun = context.generation - self.original - 1  # generations of all designs so far
+        if context.generation == 1 and self.original:
+            gaits = known[rows % count % len(known)]
+            shifts = self._shifts(context, genes)
+            gaits = np.where((rows % count < len(known))[:, None], gaits, gaits + shifts)
+        elif begun == 0 and self.original:
+            leading = self._lead(state).argmin(axis=1) + count * np.arange(self.replicates)
+            gaits = state["genomes"][leading, :genes].repeat(count, axis=0)
+        elif 0 <= begun < self.transfers(len(known)):
+            gaits = known[(rows // count + self.replicates * begun) % len(known)]
         else:
-            gaits = self._varied(state, context)
-        genomes = np.concatenate([gaits, np.tile(designs, (self.replicates, 1))], axis=1)
+            gaits = self._parents(state, context)[:, :genes] + self._shifts(context, genes)
+        factors = np.ones_like(designs) if begun < 0 else designs
+        genomes = np.concatenate([gaits, np.tile(factors, (self.replicates, 1))], axis=1)
         return context.repair(genomes), state
 
-    def transfers(self, gaits: int) -> int:
-        """Return the number of generations in which all designs try the known gaits."""
-        return 1 if self.original else -(-gaits // self.replicates)
+    def transfers(self, known: int) -> int:
+        """Return the number of generations in which all designs try gaits of the original."""
+        return 1 if self.original else -(-known // self.replicates)
 
     def tell(self, state: State, results: Results, context: Context) -> State:
-        """Keep the better gaits."""
-        values = self._values(results)
-        if context.generation <= self.original:
-            return self._tell_gaits(state, results, values, context)
-        if not len(state["genomes"]):
-            found = results.genomes, results.scores, values
-        else:
-            better = self._better(results.scores, values, state["scores"], state["values"])
-            pairs = zip(
-                (results.genomes, results.scores, values),
-                (state["genomes"], state["scores"], state["values"]),
-                strict=True,
+        """Keep the better gaits; the first gaits of the designs replace those of the original."""
+        found = {
+            "genomes": results.genomes,
+            "scores": results.scores,
+            "values": self._values(results),
+        }
+        if len(state["genomes"]) and context.generation != self.original + 1:
+            reached, before = (
+                self._reached(one["scores"], one["values"]) for one in (found, state)
             )
-            found = tuple(  # type: ignore[assignment]
-                np.where(better if new.ndim == 1 else better[:, None], new, old)
-                for new, old in pairs
-            )
-        return {**state, **dict(zip(("genomes", "scores", "values"), found, strict=True))}
+            better = found["scores"] > state["scores"]
+            better = (reached > before) | ((reached == before) & better)
+            for name, new in found.items():
+                chosen = better if new.ndim == 1 else better[:, None]
+                found[name] = np.where(chosen, new, state[name])
+        return {**state, **found}
 
     def figures(self, state: State) -> Mapping[str, float]:
         """Return the number of designs with a gait in any replicate, and the mean score."""
-        scores = state["scores"]
-        alive = np.isfinite(scores)
+        alive = np.isfinite(state["scores"])
         count = alive.reshape(self.replicates, -1).any(axis=0).sum()
-        mean = float(scores[alive].mean()) if alive.any() else -np.inf
+        mean = float(state["scores"][alive].mean()) if alive.any() else -np.inf
         return {"designs": float(count), "mean of designs": mean}
 
-    def members(self, state: State) -> Members:
-        """Return the best gait of each design that has one."""
-        designs, count = state["designs"], len(self.dimensions)
-        scores = state["scores"].reshape(self.replicates, -1)
-        if not scores.size:
-            scores = np.full((1, len(designs)), -np.inf)
-        best = self.best(state) if len(state["scores"]) else np.zeros(len(designs), np.int64)
-        held = np.flatnonzero(np.isfinite(scores[best, np.arange(len(designs))]))
-        rows = best[held] * len(designs) + held
-        factors = designs[held]
-        axes = [np.unique(designs[:, index]) for index in range(count)]
-        is_grid = np.prod([len(axis) for axis in axes]) == len(designs)
-        cells = held[:, None]
-        if is_grid:
-            cells = np.stack(
-                [np.searchsorted(*pair) for pair in zip(axes, factors.T, strict=True)], 1
-            )
-        borders = [_borders(axis) if is_grid else axis[[0, -1]] for axis in axes]
-        return Members(
-            state["genomes"][rows],
-            state["scores"][rows],
-            dict(zip(self.dimensions, factors.T.copy(), strict=True)),
-            cells.astype(np.int64),
-            dict(zip(self.dimensions, borders, strict=True)),
-            None if is_grid else designs,
-        )
+    def has_designs(self, state: State) -> bool:
+        """Return whether gaits of the designs are known, and not only those of the original."""
+        genomes = state["genomes"]
+        own = genomes[:, genomes.shape[1] - len(self.dimensions) :]
+        return len(own) > 0 and np.array_equal(own[: len(state["designs"])], state["designs"])
 
     def best(self, state: State) -> NDArray[np.int64]:
         """Return the replicate with the best gait of each design, (designs,)."""
-        scores = state["scores"].reshape(self.replicates, -1)
-        reached = self._reached(state["scores"], state["values"]).reshape(scores.shape)
-        ahead = np.where(reached == reached.max(axis=0), scores, -np.inf)
-        return np.asarray(ahead.argmax(axis=0), np.int64)
+        return np.asarray(self._lead(state).argmin(axis=0), np.int64)
+
+    def members(self, state: State) -> Members:
+        """Return the best gait of each design that has one."""
+        designs, rows = state["designs"], np.empty(0, np.int64)
+        if self.has_designs(state):
+            rows = self.best(state) * len(designs) + np.arange(len(designs))
+            rows = rows[np.isfinite(state["scores"][rows])]
+        held = rows % len(designs)
+        axes = [np.unique(one) for one in designs.T]
+        cells, borders = held[:, None], [one[[0, -1]] for one in axes]
+        centres: Floats | None = designs
+        if np.prod([len(one) for one in axes]) == len(designs):  # a grid
+            pairs = zip(axes, designs[held].T, strict=True)
+            cells = np.stack([np.searchsorted(*pair) for pair in pairs], axis=1)
+            borders, centres = [_borders(one) for one in axes], None
+        return Members(
+            state["genomes"][rows],
+            state["scores"][rows],
+            dict(zip(self.dimensions, designs[held].T.copy(), strict=True)),
+            cells.astype(np.int64),
+            dict(zip(self.dimensions, borders, strict=True)),
+            centres,
+        )
 
     def remembered(self, state: State) -> Genomes | None:
         """Return the gaits of all designs and replicates."""
@@ -205,136 +204,64 @@ class Designs(Search):
 
     def rescored(self, state: State, results: Results, context: Context) -> State:
         """Return the state with new scores and measures."""
-        scores = np.full(len(state["gaits"]), -np.inf)
-        found: dict[str, Any] = {**state, "gait scores": scores}
-        if len(results.scores):
-            found |= {"scores": results.scores, "values": self._values(results)}
-        return found
+        if not len(results.scores):
+            return state
+        return {**state, "scores": results.scores, "values": self._values(results)}
 
     def mismatch(self, state: State, context: Context) -> str:
         """Return why a state does not fit the designs and genes, or ''."""
-        space = _real(context.space)
-        rows, genes, reads = context.population, space.genes, len(self.reads())
-        gaits, low, high = len(state["gaits"]), *self.ends(space)
-        designs, full = state["designs"], len(state["scores"])
+        rows, genes, count = context.population, context.space.genes, len(self.dimensions)
+        full, known = len(state["scores"]), len(state["known"])
+        designs, (low, high) = state["designs"], self.ends(context.space)
         shapes = {
-            "designs": (rows // self.replicates, len(self.dimensions)),
-            "gaits": (gaits, genes - len(self.dimensions)),
-            "gait scores": (gaits,),
-            "gait values": (gaits, reads),
+            "designs": (rows // self.replicates, count),
+            "known": (known, genes - count),
             "genomes": (full, genes),
-            "values": (full, reads),
+            "values": (full, len(self.reads())),
         }
         for name, shape in shapes.items():
             if state[name].shape != shape:
                 return f"its {name} have the shape {state[name].shape}, not {shape}"
-        if not ((designs >= low) & (designs <= high)).all():
-            return "its designs are outside the ranges of the dimensions"
-        gait_space = self._gait_space(space)
-        if full not in (0, rows) or not gaits or not gait_space.contains(state["gaits"]):
-            return f"it does not have the gaits of {rows} individuals"
-        own = state["genomes"][:, shapes["gaits"][1] :].reshape(-1, *designs.shape)
-        if full and not (space.contains(state["genomes"]) and (own == designs).all()):
-            return "its gaits are of a body with different genes, bounds or designs"
+        if not ((designs >= low) & (designs <= high)).all() or not (designs == 1).all(axis=1).any():
+            return "its designs are not those of the dimensions and their ranges"
+        genomes = np.concatenate([np.c_[state["known"], np.ones((known, count))], state["genomes"]])
+        if full not in (0, rows) or not known or not context.space.contains(genomes):
+            return "its gaits are of a body with different genes or bounds"
+        factors = np.tile(designs, (self.replicates, 1)) if self.has_designs(state) else 1.0
+        if not (state["genomes"][:, genes - count :] == factors).all():
+            return "its gaits are of other designs"
         return ""
 
-    # The gaits of the original
-
-    @property
-    def _gaits(self) -> Search:
-        found = load_class("search", GAITS)()
-        assert isinstance(found, Search)
-        return found
-
-    def _gait_space(self, space: GenomeSpace) -> RealSpace:
-        """Return the genome space of gaits, without the dimensions."""
-        space, count = _real(space), -len(self.dimensions)
-        periodic = None if space.periodic is None else space.periodic[:count]
-        return RealSpace(
-            space.lower[:count], space.upper[:count], space.labels[:count], periodic=periodic
-        )
-
-    def _inner(self, context: Context, designs: int, starts: Genomes) -> Context:
-        """Return the context of a search of the original, with a random stream of its own."""
-        (rng,) = context.rng.spawn(1)
-        return Context(
-            self._gait_space(context.space), designs, context.generation, rng, starts=starts
-        )
-
-    def _parts(self, results: Results, values: Floats) -> list[Results]:
-        """Return the results of the gaits of the original in each replicate.
-
-        Gaits that are too slow score less than all others (Deb 2000).
-        """
-        scores, reached = results.scores.copy(), self._reached(results.scores, values)
-        if self.speed:
-            fast, alive = reached >= self.speed, np.isfinite(scores)
-            worst = scores[fast & alive].min(initial=0.0)
-            scores = np.where(alive & ~fast, worst - 1 + reached / self.speed, scores)
-        gaits = results.genomes[:, : -len(self.dimensions)]
-        split = (np.split(one, self.replicates) for one in (gaits, scores))
-        return [Results(*part) for part in zip(*split, strict=True)]
-
-    def _ask_gaits(
-        self, state: State, last: Results | None, context: Context
-    ) -> tuple[Genomes, State]:
-        found, gaits, parts = dict(state), [], [None] * self.replicates
-        if last is not None:
-            parts = self._parts(last, self._values(last))  # type: ignore[assignment]
-        for replicate, part in enumerate(parts):
-            starts = context.starts[:, : state["gaits"].shape[1]]
-            inner = self._inner(context, len(state["designs"]), starts)
-            genomes, after = self._gaits.ask(_part(state, replicate), part, inner)
-            found |= {f"{replicate}: {name}": value for name, value in after.items()}
-            gaits.append(genomes)
-        original = np.ones((context.population, len(self.dimensions)))
-        return np.concatenate([np.concatenate(gaits), original], axis=1), found
-
-    def _tell_gaits(
-        self, state: State, results: Results, values: Floats, context: Context
-    ) -> State:
-        found, count = dict(state), len(state["designs"])
-        gaits, scores, known = (
-            state[name].copy() for name in ("gaits", "gait scores", "gait values")
-        )
-        reached = self._reached(results.scores, values)
-        for replicate, part in enumerate(self._parts(results, values)):
-            inner = self._inner(context, count, state["gaits"][:0])
-            after = self._gaits.tell(_part(state, replicate), part, inner)
-            found |= {f"{replicate}: {name}": value for name, value in after.items()}
-            rows = np.arange(replicate * count, (replicate + 1) * count)
-            best = rows[np.lexsort((results.scores[rows], reached[rows]))[-1]]
-            if self._better(
-                results.scores[[best]], values[[best]], scores[[replicate]], known[[replicate]]
-            )[0]:
-                gaits[replicate] = results.genomes[best, : gaits.shape[1]]
-                scores[replicate], known[replicate] = results.scores[best], values[best]
-        return {**found, "gaits": gaits, "gait scores": scores, "gait values": known}
-
-    # The gaits of the designs
-
-    def _varied(self, state: State, context: Context) -> Genomes:
-        """Return a variation of a gait for each design and replicate, (population, genes).
-
-        Each has its own parent, step size and shifts, all independent.
-        """
-        count, genes = len(state["designs"]), state["gaits"].shape[1]
-        rows = np.arange(context.population)
-        other = rows - rows % count + context.rng.integers(count, size=len(rows))
+    def _parents(self, state: State, context: Context) -> Genomes:
+        """Return a gait to vary for each design and replicate, (population, genes)."""
+        count, rows = len(state["designs"]), np.arange(context.population)
+        pair = rows - rows % count + context.rng.integers(count, size=(2, len(rows)))
+        lead = self._lead(state).ravel()
+        other = np.where(lead[pair[0]] < lead[pair[1]], *pair)
         borrowed = context.rng.random(len(rows)) < FROM_OTHERS
         borrowed |= ~np.isfinite(state["scores"])
-        parents = state["genomes"][np.where(borrowed, other, rows), :genes]
+        return np.asarray(state["genomes"][np.where(borrowed, other, rows)])
+
+    def _shifts(self, context: Context, genes: int) -> Floats:
+        """Return normal shifts of the genes, (population, genes), each row with its step size."""
+        assert isinstance(context.space, RealSpace), "the only space that the search supports"
         low, high = np.log(STEPS)
-        steps = np.exp(context.rng.uniform(low, high, (len(rows), 1)))
-        shifts = context.rng.standard_normal(parents.shape)
-        return np.asarray(parents + steps * _real(context.space).width[:genes] * shifts)
+        steps = np.exp(context.rng.uniform(low, high, (context.population, 1)))
+        normal = context.rng.standard_normal((context.population, genes))
+        return np.asarray(steps * context.space.width[:genes] * normal)
+
+    def _lead(self, state: State) -> NDArray[np.int64]:
+        """Return the rank of each gait among all, (replicates, designs); 0 is the best."""
+        reached = self._reached(state["scores"], state["values"])
+        ranks = np.empty(len(reached), np.int64)
+        ranks[np.lexsort((state["scores"], reached))[::-1]] = np.arange(len(reached))
+        return ranks.reshape(self.replicates, -1)
 
     def _values(self, results: Results) -> Floats:
         """Return the recorded measures, (population, measures)."""
-        names = self.reads()
-        if not names:
+        if not self.reads():
             return np.empty((len(results.scores), 0))
-        return np.stack([results.values[name] for name in names], axis=1)
+        return np.stack([results.values[name] for name in self.reads()], axis=1)
 
     def _reached(self, scores: Floats, values: Floats) -> Floats:
         """Return the speeds, at most the one to be reached, (population,); −inf for failures."""
@@ -342,14 +269,6 @@ class Designs(Search):
             return np.where(np.isfinite(scores), 0.0, -np.inf)
         speeds = np.minimum(values[:, self.reads().index("speed")], self.speed)
         return np.where(np.isfinite(scores) & np.isfinite(speeds), speeds, -np.inf)
-
-    def _better(
-        self, scores: Floats, values: Floats, old_scores: Floats, old_values: Floats
-    ) -> NDArray[np.bool_]:
-        """Return which gaits are better than other ones, (population,)."""
-        reached, before = self._reached(scores, values), self._reached(old_scores, old_values)
-        better = (reached > before) | ((reached == before) & (scores > old_scores))
-        return np.asarray(better, np.bool_)
 
 
 def designs_of(
@@ -380,16 +299,3 @@ def _borders(levels: Floats) -> Floats:
     """Return the borders of cells around evenly spaced levels, (levels + 1,)."""
     step = (levels[-1] - levels[0]) / (len(levels) - 1)
     return np.append(levels - step / 2, levels[-1] + step / 2)
-
-
-def _part(state: State, replicate: int) -> State:
-    """Return the state of the search of the original in a replicate."""
-    prefix = f"{replicate}: "
-    return {
-        name.removeprefix(prefix): one for name, one in state.items() if name.startswith(prefix)
-    }
-
-
-def _real(space: GenomeSpace) -> RealSpace:
-    assert isinstance(space, RealSpace), "the only space that the search supports"
-    return space

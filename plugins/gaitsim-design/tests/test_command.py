@@ -91,7 +91,7 @@ def test_known_gaits_start_a_map_and_reach_the_speed(crawler, gaitsim, tmp_path)
     assert found.experiment.evolution.generations == 5
     state = found.run.finished.state
     champion = gs.load("crawler").champion.genome
-    np.testing.assert_array_equal(state["gaits"], champion[None])
+    np.testing.assert_array_equal(state["known"], champion[None])
     assert found.quantities["speed"].values.max() > 1.5
     shown = gaitsim("design", "crawler-designs").stdout
     assert "Gaits should reach 1.5 m/s" in shown

@@ -85,11 +85,36 @@ def test_designs_keep_the_better_gait_and_replicates_exchange_none():
 def test_a_gait_that_reaches_the_speed_beats_a_faster_or_better_one_that_does_not():
     one = search(speed=1.0)
     scores = np.array([5.0, 1.0, 9.0, -np.inf, 2.0, 0.0, 0.0, 0.0])
-    speeds = np.array([0.5, 1.5, 0.4, 2.0, 3.0, 0.1, 0.1, 0.1])[:, None]
+    speeds = np.array([0.5, 1.5, 0.4, 2.0, 3.0, 0.1, 0.1, 0.1])
     before = np.array([1.0, 5.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-    known = np.array([0.4, 0.9, 0.5, 0.1, 1.5, 0.1, 0.1, 0.1])[:, None]
-    better = one._better(scores, speeds, before, known)
-    assert better.tolist() == [True, True, False, False, True, False, False, False]
+    known = np.array([0.4, 0.9, 0.5, 0.1, 1.5, 0.1, 0.1, 0.1])
+    state, last = one.initial(context(1)), None
+    for number, pair in enumerate([(before, known), (scores, speeds)], 1):
+        state, last = advance(one, state, last, number, lambda genomes, pair=pair: (
+            pair[0], {"speed": pair[1]}))  # fmt: skip
+    assert state["scores"].tolist() == [5.0, 1.0, 1.0, 1.0, 2.0, 0.0, 0.0, 0.0]
+    assert one.best(state).tolist() == [1, 0, 0, 0]
+
+
+def test_gaits_evolve_on_the_original_and_the_best_of_each_replicate_is_transferred():
+    one = search(original=3)
+    state, last = one.initial(context(1)), None
+
+    def score(genomes):
+        return -np.abs(genomes[:, 0] - 0.5 * genomes[:, 1]), {}
+
+    for generation in (1, 2, 3):
+        state, last = advance(one, state, last, generation, score)
+        assert (last.genomes[:, 1:] == 1).all()
+        assert not one.has_designs(state)
+        assert len(one.members(state).scores) == 0
+        assert one.mismatch(state, context(generation + 1)) == ""
+    leading = state["scores"].reshape(2, 4).argmax(axis=1) + np.array([0, 4])
+    gaits = state["genomes"][leading, 0]
+    state, last = advance(one, state, last, 4, score)
+    np.testing.assert_array_equal(last.genomes[:, 0], gaits.repeat(4))
+    np.testing.assert_array_equal(state["genomes"][:4, 1:], state["designs"])
+    np.testing.assert_array_equal(state["scores"], score(state["genomes"])[0])
 
 
 def test_designs_without_a_gait_are_no_members():
@@ -112,7 +137,7 @@ def test_designs_without_a_gait_are_no_members():
         ({}, ""),
         ({"sample": 5}, "must be 10: 5 designs in 2 replicates"),
         ({"sample": 1}, "from 2 to 100,000"),
-        ({"dimensions": ("a", "b", "c")}, "too few genes"),
+        ({"dimensions": ("a", "b", "c")}, "too few for 3 dimensions"),
     ],
 )
 def test_objections_name_the_population(changes, words):
@@ -121,11 +146,10 @@ def test_objections_name_the_population(changes, words):
     assert "must contain the original" in search().objection(away, 8)
 
 
-@pytest.mark.parametrize("name", ["designs", "genomes", "scores", "gaits", "values"])
+@pytest.mark.parametrize("name", ["designs", "genomes", "scores", "known"])
 def test_a_state_of_other_designs_is_reported(name):
     one = search()
     state, _ = advance(one, one.initial(context(1)), None, 1, lambda g: (np.zeros(8), {}))
     assert one.mismatch(state, context(2)) == ""
-    assert one.mismatch({**state, name: state[name][:-1]}, context(2)) if name != "values" else True
-    if state[name].size:
-        assert name == "scores" or one.mismatch({**state, name: state[name] + 7}, context(2))
+    assert one.mismatch({**state, name: state[name][:-1]}, context(2)) or name == "known"
+    assert name == "scores" or one.mismatch({**state, name: state[name] + 7}, context(2))
