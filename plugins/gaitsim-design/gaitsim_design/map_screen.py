@@ -38,14 +38,11 @@ class DesignScreen(GaitScreen):
 How the dimensions of a body change its best gaits.
 
 - **Arrow keys** or a click choose a design: they change its dimensions. It walks on the right with
-  its gait of the best replicate.
-- **Colour** shows the next quantity: score, speed, cost of transport or heat, which is the RMS
-  torque of the hottest servo as a share of its continuous torque. Each is the mean over replicates.
-- The figures have 95 % intervals of the mean over replicates. ▲ and ▼ mark differences from the
-  original beyond the noise of the search. A design on the **plateau** cannot be distinguished from
-  the best.
-- **Axes** shows another pair of dimensions, if there are more than two; a cell then shows the best
-  design.
+  the gait of its best replicate, above its figures: means with 95 % intervals over the replicates.
+  ▲ and ▼ mark differences from the original beyond the noise of the search.
+- **Colour** shows the next quantity. Heat is the RMS torque of the hottest servo as a share of its
+  continuous torque. A design on the **plateau** cannot be distinguished from the best.
+- **Axes** shows other dimensions, if there are more than two; a cell then shows its best design.
 - **Replay**, **Export** and others apply to the design under the cursor.
 """
     BINDINGS = bindings("designs")
@@ -69,7 +66,6 @@ How the dimensions of a body change its best gaits.
         self.canvas = BodyCanvas(message="no design yet", fps=FPS)
         self._pair = 0
         self._bodies: dict[int, Individual] = {}
-        self._held = np.empty(0, np.int64)  # the design of each member
         self.title, self.sub_title = visible(run.name), "map of designs"
 
     def content(self) -> ComposeResult:
@@ -90,7 +86,6 @@ How the dimensions of a body change its best gaits.
             self.plot.show_message(visible_lines(str(error)))
             return
         self.found = found
-        self._held = np.flatnonzero(found.walks.any(axis=1))
         self._show(found.member(found.best))
         self.refresh_bindings()
 
@@ -101,7 +96,7 @@ How the dimensions of a body change its best gaits.
         found = self.found
         assert found is not None, "the map was read"
         quantity = found.quantities[self.quantity]
-        means = found.summary(self.quantity)[0][self._held]
+        means = quantity.means[found.held]
         assert found.run.members is not None, "the search keeps an archive"
         # A low value of other quantities is better, and bright like a high score.
         bright = means if quantity.higher else -means
@@ -112,17 +107,10 @@ How the dimensions of a body change its best gaits.
         words = {name: f"{name} (factor)" for name in found.names}
         words["score"] = label if quantity.higher else f"−{label}"
         pairs = view.pairs or ((found.names[0],),)
-        self.plot.marks = self._marks()
-        self.plot.show(view, pairs[self._pair % len(pairs)], words, member)
-
-    def _marks(self) -> dict[int, str]:
-        """Return the marks of the original, the best design and the plateau, by member."""
-        found = self.found
-        assert found is not None, "the map was read"
         marks = {found.member(int(one)): "·" for one in np.flatnonzero(found.plateau)}
-        marks |= {found.member(found.best): "★", found.member(found.original): "o"}
-        marks.pop(0, None)
-        return marks
+        marks |= {found.member(found.original): "o", found.member(found.best): "★"}
+        self.plot.marks = {member: mark for member, mark in marks.items() if member}
+        self.plot.show(view, pairs[self._pair % len(pairs)], words, member)
 
     def watch_quantity(self) -> None:
         self._show(self.plot.member)
@@ -131,7 +119,7 @@ How the dimensions of a body change its best gaits.
     def design(self) -> int | None:
         """The index of the design under the cursor."""
         member = self.plot.member
-        return None if self.found is None or member is None else int(self._held[member - 1])
+        return None if self.found is None or member is None else int(self.found.held[member - 1])
 
     @on(ArchiveMap.CursorMoved)
     def _moved(self) -> None:
@@ -231,9 +219,9 @@ def _figures(found: DesignMap, design: int, chosen: str, width: int) -> Text:
     wide = width >= WIDE
     text = Text(f"{'':18}{'this design':>15}  {'original':>9}\n" * wide, "dim", no_wrap=True)
     for name, quantity in found.quantities.items():
-        means, half = found.summary(name)
-        mark = {1: "▲", -1: "▼", 0: " "}[int(found.differs(name)[design])]
-        more = f" ± {number(float(half[design]), 2)}" if np.isfinite(half[design]) else ""
+        means, half = quantity.means, float(quantity.half_widths[design])
+        mark = {1: "▲", -1: "▼", 0: " "}[int(quantity.differs[design])]
+        more = f" ± {number(half, 2)}" if np.isfinite(half) else ""
         value = f"{number(float(means[design]), 3)}{more}"
         unit = f" ({quantity.unit})" if 0 < len(quantity.unit) < 6 else ""
         other = f" {number(float(means[found.original]), 3):>9}" if wide else ""

@@ -30,37 +30,49 @@ MEASURES = SPEED, COST, TORQUE, PEAK
 
 HEAT = "heat"
 CONTINUOUS = 0.2
-"""Assumed continuous torque as a share of the stall torque, if the servos' own is unknown: that of
-the hobby servos in the table."""
-
-ROBOTS_SERVO = "servo"
+"""Assumed continuous torque as a share of the stall torque, if the servos' own is unknown."""
 
 
-class Quantity(NamedTuple):
-    """A quantity of gaits: its unit, whether higher is better, and its values.
+@dataclass(frozen=True, eq=False)
+class Quantity:
+    """A quantity of the best gaits.
 
     Attributes:
         unit: unit, or ''.
         higher: whether higher values are better.
         values: values, (designs, replicates); NaN where a design has no gait.
+        original: index of the original.
     """
 
     unit: str
     higher: bool
     values: Floats
+    original: int
+
+    @cached_property
+    def means(self) -> Floats:
+        """The means over replicates, (designs,)."""
+        return intervals(self.values)[0]
+
+    @cached_property
+    def half_widths(self) -> Floats:
+        """The half widths of the 95 % intervals of the means, (designs,)."""
+        return intervals(self.values)[1]
+
+    @cached_property
+    def differs(self) -> NDArray[np.int64]:
+        """Which designs are above (1) or below (−1) the original beyond the noise, (designs,)."""
+        return differences(self.values, self.original)
+
+    @property
+    def best(self) -> int:
+        """The index of the design with the best mean."""
+        ordered = self.means if self.higher else -self.means
+        return int(np.where(np.isfinite(ordered), ordered, -np.inf).argmax())
 
 
-@dataclass(frozen=True, eq=False)
-class ServoLoad:
-    """The load of a servo with the best gait of a design.
-
-    Attributes:
-        servo: name of the servo.
-        heat: RMS torque of the hottest servo as a share of its continuous torque.
-        peak: largest mean torque of a frame, 20 ms, as a share of the stall torque.
-        speed: speed, m/s.
-        lasted: whether the body did not fall.
-    """
+class ServoLoad(NamedTuple):
+    """The load of a servo with a gait: heat, peak torque as a share of the stall torque, speed."""
 
     servo: str
     heat: float
@@ -70,7 +82,7 @@ class ServoLoad:
 
     @property
     def holds(self) -> bool:
-        """Whether the servo walks this gait without overheating."""
+        """Whether the robot stays on its feet, and the servo does not overheat."""
         return self.lasted and self.heat <= 1
 
 
@@ -162,31 +174,28 @@ class DesignMap:
         if not {*names} <= {*self.experiment.organism.channels}:
             return CONTINUOUS, False
         continuous, stall = (np.asarray(motion[name][0]) for name in names)
-        known = (continuous > 0) & (stall > 0)
-        if not known.all():
+        if not ((continuous > 0) & (stall > 0)).all():
             return CONTINUOUS, False
         return float((continuous / stall).min()), True
 
     @cached_property
     def quantities(self) -> Mapping[str, Quantity]:
         """The score and the measures of the best gait of each design and replicate, by name."""
-        state, count = self.run.finished.state, len(self.designs)
-
-        def table(values: Floats) -> Floats:
-            found = values.reshape(-1, count).T
-            return np.where(self.walks, found, np.nan)
-
-        found = {"score": Quantity(self.experiment.fitness.unit, True, table(state["scores"]))}
-        columns = dict(zip(self.search.reads(), state["values"].T, strict=True))
-        if SPEED in columns:
-            found[SPEED] = Quantity("m/s", True, table(columns[SPEED]))
-        if COST in columns:
-            found[COST] = Quantity("", False, table(columns[COST]))
-        if TORQUE in columns and np.nanmax(columns[TORQUE], initial=0.0) > 0:
-            heat = table(columns[TORQUE]) / self.heat_share[0]
-            found[HEAT] = Quantity("of continuous torque", False, heat)
-        if PEAK in columns:
-            found[PEAK] = Quantity("of stall torque", False, table(columns[PEAK]))
+        state = self.run.finished.state
+        known = dict(zip(self.search.reads(), state["values"].T, strict=True))
+        columns = {"score": (self.experiment.fitness.unit, True, state["scores"])}
+        if SPEED in known:
+            columns[SPEED] = "m/s", True, known[SPEED]
+        if COST in known:
+            columns[COST] = "", False, known[COST]
+        if TORQUE in known and np.nanmax(known[TORQUE], initial=0.0) > 0:
+            columns[HEAT] = "of continuous torque", False, known[TORQUE] / self.heat_share[0]
+        if PEAK in known:
+            columns[PEAK] = "of stall torque", False, known[PEAK]
+        found = {}
+        for name, (unit, higher, column) in columns.items():
+            values = np.where(self.walks, column.reshape(-1, len(self.designs)).T, np.nan)
+            found[name] = Quantity(unit, higher, values, self.original)
         return found
 
     @property
@@ -196,35 +205,19 @@ class DesignMap:
         return np.asarray(np.isfinite(scores))
 
     @property
-    def scores(self) -> Floats:
-        """The scores, (designs, replicates); NaN without a gait."""
-        return self.quantities["score"].values
+    def held(self) -> NDArray[np.int64]:
+        """The index of the design of each member of the run, (members,)."""
+        return np.flatnonzero(self.walks.any(axis=1))
 
     @property
     def best(self) -> int:
         """The index of the design with the highest mean score."""
-        return self.leading("score")
+        return self.quantities["score"].best
 
-    def leading(self, name: str) -> int:
-        """Return the index of the design with the best mean of a quantity."""
-        quantity = self.quantities[name]
-        means = quantity.values.mean(axis=1)
-        worst = -np.inf if quantity.higher else np.inf
-        ordered = np.where(np.isfinite(means), means, worst)
-        return int(ordered.argmax() if quantity.higher else ordered.argmin())
-
-    @property
+    @cached_property
     def plateau(self) -> NDArray[np.bool_]:
         """Which designs cannot be distinguished from the best by their scores, (designs,)."""
-        return plateau(self.scores)
-
-    def differs(self, name: str) -> NDArray[np.int64]:
-        """Return which designs differ from the original by more than the noise, (designs,)."""
-        return differences(self.quantities[name].values, self.original)
-
-    def summary(self, name: str) -> tuple[Floats, Floats]:
-        """Return means and half widths of 95 % intervals of a quantity, (designs,) each."""
-        return intervals(self.quantities[name].values)
+        return plateau(self.quantities["score"].values)
 
     @cached_property
     def genomes(self) -> NDArray[Any]:
@@ -243,8 +236,7 @@ class DesignMap:
 
     def member(self, design: int) -> int:
         """Return the number of a design among the members of the run, from 1; 0 without a gait."""
-        held = np.asarray(self.walks.any(axis=1))
-        return int(held[: design + 1].sum()) if held[design] else 0
+        return int(np.searchsorted(self.held, design)) + 1 if design in self.held else 0
 
     def individual(self, design: int) -> Individual:
         """Return the individual with the best gait of a design."""
@@ -265,7 +257,7 @@ class DesignMap:
         wanted = {"original": self.original, "best score": self.best}
         for name, quantity in self.quantities.items():
             if not quantity.higher and name != PEAK:
-                wanted[f"least {name}"] = self.leading(name)
+                wanted[f"least {name}"] = quantity.best
         found: dict[int, list[str]] = {}
         for name, index in wanted.items():
             found.setdefault(index, []).append(name)
@@ -278,23 +270,20 @@ class DesignMap:
         {} for a body that has no choice of servos.
         """
         fields = type(self.experiment.organism).model_fields
-        if ROBOTS_SERVO not in fields or TORQUE not in self.search.measures:
+        if "servo" not in fields or HEAT not in self.quantities:
             return {}
-        found: dict[str, list[ServoLoad]] = {name: [] for name in self.chosen}
-        genomes = self.genomes[[*self.chosen.values()]]
+        genomes, each = self.genomes[[*self.chosen.values()]], []
         for servo in SERVOS.values():
-            body = with_body(self.experiment, {f"organism.{ROBOTS_SERVO}": servo.name})
+            body = with_body(self.experiment, {"organism.servo": servo.name})
             motion = move_genomes(body, genomes)
             measures = body.organism.measures(motion)
-            ends = len(motion["torso"][0]) - 1
-            for index, loads in enumerate(found.values()):
-                value = {
-                    name: float(measures[name].values[index]) for name in (*MEASURES, "lasted")
-                }
-                whole = value["lasted"] >= ends / motion.frame_rate - 1e-9
-                heat = value[TORQUE] / servo.continuous
-                loads.append(ServoLoad(servo.name, heat, value[PEAK], value[SPEED], whole))
-        return {name: tuple(loads) for name, loads in found.items()}
+            torque, peak, speed = (measures[name].values for name in (TORQUE, PEAK, SPEED))
+            ends = (motion["torso"].shape[1] - 1) / motion.frame_rate
+            lasted = measures["lasted"].values > ends - 0.5 / motion.frame_rate
+            columns = (torque / servo.continuous, peak, speed, lasted)
+            rows = zip(*(column.tolist() for column in columns), strict=True)
+            each.append([ServoLoad(servo.name, *row) for row in rows])
+        return dict(zip(self.chosen, zip(*each, strict=True), strict=True))
 
 
 def designs_search(run: RunSnapshot) -> Designs:

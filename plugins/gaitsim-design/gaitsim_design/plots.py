@@ -81,7 +81,8 @@ def _heat_maps(found: "DesignMap", grid: Any, theme: "Theme") -> "Figure":
     borders = [np.append(one - step / 2, one[-1] + step / 2)
                for one in levels for step in [one[1] - one[0]]]  # fmt: skip
     for axes, name in zip(rows_of_panels(figure, len(shown), 2), shown, strict=True):
-        quantity, (means, _) = found.quantities[name], found.summary(name)
+        quantity = found.quantities[name]
+        means = quantity.means
         values = np.ma.masked_invalid(means[grid].T)
         known = means[np.isfinite(means)]
         low, high = np.quantile(known, RANGE)
@@ -174,7 +175,8 @@ def _effects(found: "DesignMap", theme: "Theme") -> "Figure":
     along = np.linspace(-1, 1, CURVE)
     low, high = found.designs.min(axis=0), found.designs.max(axis=0)
     for row, name in zip(places, shown, strict=True):
-        quantity, (means, _) = found.quantities[name], found.summary(name)
+        quantity = found.quantities[name]
+        means = quantity.means
         each = [Surface.fit(found.points, one) for one in quantity.values.T]
         surfaces = [one for one in each if one is not None]
         span = np.quantile(means[np.isfinite(means)], RANGE)

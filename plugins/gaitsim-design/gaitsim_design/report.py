@@ -17,6 +17,7 @@ from gaitsim_design.maps import COST, HEAT, SPEED, DesignMap
 from gaitsim_design.statistics import Noise, pairs, shares
 
 JSON, CSV = "results.json", "designs.csv"
+MARKS = {1: " ▲", -1: " ▼", 0: ""}  # of differences from the original
 FEW = 12  # failed designs that are listed
 
 
@@ -44,15 +45,14 @@ def table(found: DesignMap) -> str:
     measured = [f"{name}{part}" for name in found.quantities for part in parts]
     writer.writerow(["design", *factors, *sizes, "original", "plateau", "member", *measured])
     nominal = np.array([one.nominal for one in found.dimensions.values()])
-    statistics = [(*found.summary(name), found.differs(name)) for name in found.quantities]
     for index, row in enumerate(found.designs.tolist()):
         cells: list[Any] = [index + 1, *row, *(np.array(row) * nominal).tolist()]
         cells += [int(index == found.original), int(found.plateau[index]), found.member(index)]
-        for mean, half, differs in statistics:
-            center, width = float(mean[index]), float(half[index])
-            cells += [center, center - width, center + width, int(differs[index])]
+        for one in found.quantities.values():
+            middle, half = float(one.means[index]), float(one.half_widths[index])
+            cells += [middle, middle - half, middle + half, int(one.differs[index])]
         writer.writerow(
-            ["" if isinstance(one, float) and math.isnan(one) else one for one in cells]
+            ["" if isinstance(cell, float) and math.isnan(cell) else cell for cell in cells]
         )
     return text.getvalue()
 
@@ -62,15 +62,14 @@ def to_dict(found: DesignMap) -> dict[str, Any]:
     search = found.search
     quantities = {}
     for name, quantity in found.quantities.items():
-        means, half = found.summary(name)
         share, ends, r_squared = shares(found.points, quantity.values)
         quantities[name] = {
             "unit": quantity.unit,
             "higher_is_better": quantity.higher,
             "values": quantity.values.tolist(),
-            "mean": means.tolist(),
-            "half_width": half.tolist(),
-            "vs_original": found.differs(name).tolist(),
+            "mean": quantity.means.tolist(),
+            "half_width": quantity.half_widths.tolist(),
+            "vs_original": quantity.differs.tolist(),
             "noise": Noise.of(quantity.values).deviation,
             "variance_explained": dict(zip(found.names, share.tolist(), strict=True)),
             "variance_range": dict(zip(found.names, ends.T.tolist(), strict=True)),
@@ -93,7 +92,7 @@ def to_dict(found: DesignMap) -> dict[str, Any]:
         "quantities": quantities,
         "failures": {str(index): reason for index, reason in found.failures().items()},
         "servos": {
-            name: [{**asdict(one), "holds": one.holds} for one in loads]
+            name: [{**one._asdict(), "holds": one.holds} for one in loads]
             for name, loads in found.servo_loads.items()
         },
     }
@@ -132,16 +131,18 @@ def print_map(found: DesignMap, files: list[Path]) -> None:
 
 def _print_chosen(found: DesignMap) -> None:
     """Print the original and the best designs, with intervals; a mark shows a difference."""
-    head = {name: _headed(name, one.unit) for name, one in found.quantities.items()}
-    statistics = {name: (*found.summary(name), found.differs(name)) for name in head}
+    head = []
+    for name, one in found.quantities.items():
+        head.append(f"{name} ({one.unit})" if one.unit and " " not in one.unit else name)
     rows = []
     for label, index in found.chosen.items():
         row = [label, found.label(index)]
-        for means, widths, differs in statistics.values():
-            mark = {1: " ▲", -1: " ▼", 0: ""}[int(differs[index])]
-            row.append(_between(float(means[index]), float(widths[index])) + mark)
+        for one in found.quantities.values():
+            mean, half = float(one.means[index]), float(one.half_widths[index])
+            more = f" ± {number(half)}" if math.isfinite(half) else ""
+            row.append(f"{number(mean)}{more}{MARKS[int(one.differs[index])]}")
         rows.append(row)
-    print_table(["", "design", *head.values()], rows, [*head.values()])
+    print_table(["", "design", *head], rows, head)
 
 
 def _print_dimensions(found: DesignMap) -> None:
@@ -168,8 +169,8 @@ def _plateau_lines(found: DesignMap) -> list[str]:
         )
     )
     where = "on it" if on[original] else "below it"
-    noise = Noise.of(found.scores)
-    differs = found.differs("score")
+    score = found.quantities["score"]
+    noise, differs = Noise.of(score.values), score.differs
     lines = [
         f"Plateau: the scores of {int(on.sum())} of {len(on)} designs cannot be distinguished from "
         f"the best: {ends}. The original is {where}.",
@@ -223,7 +224,7 @@ def _notes(found: DesignMap) -> list[str]:
             f"of the stall torque ({of}); heat and cost of transport hold at the speed of the row."
         )
     if search.speed:
-        slow = found.summary(SPEED)[0] < search.speed
+        slow = found.quantities[SPEED].means < search.speed
         lines.append(
             f"Gaits should reach {search.speed:g} m/s; {int(slow.sum())} designs are slower."
         )
@@ -231,17 +232,6 @@ def _notes(found: DesignMap) -> list[str]:
     if last < planned:
         lines.append(f"Not finished: generation {last} of {planned}.")
     return lines
-
-
-def _headed(name: str, unit: str) -> str:
-    short = {"of continuous torque": "", "of stall torque": ""}.get(unit, unit)
-    return f"{name} ({short})" if short else name
-
-
-def _between(mean: float, width: float) -> str:
-    if math.isnan(mean):
-        return "–"
-    return f"{number(mean)} ± {number(width)}" if math.isfinite(width) else number(mean)
 
 
 def _percent(value: float) -> str:
