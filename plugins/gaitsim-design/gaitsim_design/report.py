@@ -14,7 +14,7 @@ from gaitsim.plugin.commands import as_json, output, print_table
 from gaitsim.plugin.pictures import number
 from gaitsim.plugin.runs import command, exports_folder, write_bytes
 from gaitsim_design.maps import COST, HEAT, SPEED, DesignMap
-from gaitsim_design.statistics import Noise, pairs, shares
+from gaitsim_design.statistics import Noise, shares
 
 JSON, CSV = "results.json", "designs.csv"
 MARKS = {1: " ▲", -1: " ▼", 0: ""}  # of differences from the original
@@ -70,7 +70,7 @@ def to_dict(found: DesignMap) -> dict[str, Any]:
             "mean": quantity.means.tolist(),
             "half_width": quantity.half_widths.tolist(),
             "vs_original": quantity.differs.tolist(),
-            "noise": Noise.of(quantity.values).deviation,
+            "noise": Noise.of(quantity.values).deviations.tolist(),
             "variance_explained": dict(zip(found.names, share.tolist(), strict=True)),
             "variance_range": dict(zip(found.names, ends.T.tolist(), strict=True)),
             "r_squared": r_squared,
@@ -170,12 +170,13 @@ def _plateau_lines(found: DesignMap) -> list[str]:
     )
     where = "on it" if on[original] else "below it"
     score = found.quantities["score"]
-    noise, differs = Noise.of(score.values), score.differs
+    differs = score.differs
+    low, middle, high = np.nanquantile(Noise.of(score.values).deviations, [0, 0.5, 1])
     lines = [
         f"Plateau: the scores of {int(on.sum())} of {len(on)} designs cannot be distinguished from "
         f"the best: {ends}. The original is {where}.",
-        f"Noise of the search: standard deviation {number(noise.deviation)}; means that differ by "
-        f"more than {number(noise.margin(pairs(len(on))))} are different designs. "
+        "Noise of the search: standard deviations of single designs "
+        f"{number(float(low))} to {number(float(high))}, median {number(float(middle))}. "
         f"{int((differs > 0).sum())} designs score above the original, {int((differs < 0).sum())} "
         "below.",
     ]
@@ -207,8 +208,8 @@ def _notes(found: DesignMap) -> list[str]:
     search, experiment = found.search, found.experiment
     lines = [
         "± is the 95 % interval of the mean over replicates; ▲ and ▼ mark differences from the "
-        "original beyond the noise of the search, for all designs together. Shares of the variance "
-        "are first-order indices of a quadratic surface, in brackets for single replicates."
+        "original beyond the noise of the search, at most 5 % of them false. Shares of the "
+        "variance are first-order indices of a quadratic surface, in brackets for single replicates."
     ]
     worlds = experiment.worlds.count
     if worlds:

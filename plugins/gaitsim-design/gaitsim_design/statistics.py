@@ -30,18 +30,22 @@ def intervals(values: Floats) -> tuple[Floats, Floats]:
     return means, float(stdtrit(count - 1, (1 + CONFIDENCE) / 2)) * errors
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Noise:
     """The noise of a search: what remains of values after means of designs and of replicates.
 
+    Three replicates say little about the noise of one design, and designs differ: some fall now and
+    then. So the variance of each is drawn towards that of all, as much as the variances of designs
+    resemble each other (Smyth 2004, "Linear models and empirical Bayes methods").
+
     Attributes:
-        deviation: its standard deviation; NaN for fewer than two designs or replicates.
-        freedom: degrees of freedom.
+        deviations: standard deviation of each design, (designs,); NaN if it is unknown.
+        freedom: degrees of freedom of each.
         replicates: number of replicates.
     """
 
-    deviation: float
-    freedom: int
+    deviations: Floats
+    freedom: float
     replicates: int
 
     @classmethod
@@ -51,27 +55,65 @@ class Noise:
         A replicate is a block (Fisher 1935, "The Design of Experiments"): its gaits come from the
         same gait of the original. Designs with a value that is not finite are left out.
         """
-        known = values[np.isfinite(values).all(axis=1)]
+        found = np.isfinite(values).all(axis=1)
+        known, deviations = values[found], np.full(len(values), np.nan)
         designs, replicates = known.shape
-        freedom = (designs - 1) * (replicates - 1)
-        if freedom < 1:
-            return cls(math.nan, 0, replicates)
+        if designs < 2 or replicates < 2:
+            return cls(deviations, 0, replicates)
         rest = known - known.mean(axis=1, keepdims=True) - known.mean(axis=0) + known.mean()
-        return cls(math.sqrt(float(np.square(rest).sum()) / freedom), freedom, replicates)
+        own = replicates - 1
+        squares = np.square(rest).sum(axis=1) * designs / (designs - 1) / own
+        prior, freedom = _prior(squares, own)
+        weight = 1.0 if math.isinf(freedom) else freedom / (freedom + own)
+        deviations[found] = np.sqrt(weight * prior + (1 - weight) * squares)
+        return cls(deviations, min(freedom + own, (designs - 1) * own), replicates)
 
-    def margin(self, comparisons: int) -> float:
-        """Return the smallest difference of two means that is more than noise.
+    def p_values(self, means: Floats) -> Floats:
+        """Return p-values that pairs of designs are equal, (designs, designs), two-sided.
 
-        With 95 % confidence, none of so many comparisons is wrong (Bonferroni). NaN if the noise is
-        unknown.
+        NaN where the noise is unknown.
         """
-        from scipy.special import stdtrit
+        from scipy.special import stdtr
 
-        if not self.freedom:
-            return math.nan
-        level = 1 - (1 - CONFIDENCE) / (2 * max(comparisons, 1))
-        error = self.deviation * math.sqrt(2 / self.replicates)
-        return float(stdtrit(self.freedom, level)) * error
+        squares = np.square(self.deviations)
+        errors = np.sqrt((squares[:, None] + squares) / self.replicates)
+        apart = np.abs(means[:, None] - means)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratios = np.where(apart == 0, 0.0, apart / errors)
+        return np.asarray(2 * stdtr(max(self.freedom, 1), -ratios))
+
+
+def _prior(squares: Floats, freedom: int) -> tuple[float, float]:
+    """Return the variance to which those of designs are drawn, and its degrees of freedom.
+
+    Args:
+        squares: variances, (designs,).
+        freedom: degrees of freedom of each.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import digamma, polygamma
+
+    mean = float(squares.mean())
+    logs = np.log(np.maximum(squares, 1e-12 * mean + 1e-300)) - digamma(freedom / 2)
+    spread = float(logs.var(ddof=1)) - float(polygamma(1, freedom / 2))
+    if spread <= 1e-3:  # no more than by chance
+        return mean, math.inf
+    half = float(brentq(lambda x: float(polygamma(1, x)) - spread, 1e-3, 1e4))
+    log = float(logs.mean()) + math.log(freedom / 2) + float(digamma(half)) - math.log(half)
+    return math.exp(log), 2 * half
+
+
+def _differ(p_values: Floats) -> NDArray[np.bool_]:
+    """Return which p-values are differences, with at most 5 % false ones among them.
+
+    Source: Benjamini and Hochberg 1995, "Controlling the false discovery rate".
+    """
+    from scipy.stats import false_discovery_control
+
+    found, known = np.zeros(p_values.shape, np.bool_), np.isfinite(p_values)
+    if known.any():
+        found[known] = false_discovery_control(p_values[known]) < 1 - CONFIDENCE
+    return found
 
 
 def differences(values: Floats, reference: int) -> NDArray[np.int64]:
@@ -81,32 +123,32 @@ def differences(values: Floats, reference: int) -> NDArray[np.int64]:
         values: values, (designs, replicates).
         reference: index of the design to compare with.
     """
-    margin = Noise.of(values).margin(len(values) - 1)
-    means = values.mean(axis=1)
-    with np.errstate(invalid="ignore"):
-        change = np.where(np.isfinite(means), means - means[reference], 0.0)
-        return np.where(np.abs(change) > margin, np.sign(change), 0).astype(np.int64)
-
-
-def pairs(designs: int) -> int:
-    """Return the number of pairs of designs."""
-    return designs * (designs - 1) // 2
+    means, found = values.mean(axis=1), np.zeros(len(values), np.int64)
+    others = np.arange(len(values)) != reference
+    differ = _differ(Noise.of(values).p_values(means)[reference, others])
+    found[others] = np.where(differ, np.sign(means[others] - means[reference]), 0)
+    return found
 
 
 def plateau(values: Floats) -> NDArray[np.bool_]:
     """Return which designs cannot be distinguished from the best one, (designs,).
 
-    The margin holds for all pairs of designs, as the best one is known only by the same values.
-    Without a known noise, the plateau is the best one alone.
+    All pairs of designs are compared, as the best one is known only by the same values. Without a
+    known noise, the plateau is the best one alone.
 
     Args:
         values: values, (designs, replicates); higher is better.
     """
     means = np.where(np.isfinite(values).all(axis=1), values.mean(axis=1), -np.inf)
-    margin = Noise.of(values).margin(pairs(len(values)))
-    best = means.max(initial=-np.inf)
-    lowest = best if math.isnan(margin) else best - margin
-    return np.asarray((means >= lowest) & np.isfinite(means), np.bool_)
+    found, best = np.isfinite(means), int(means.argmax())
+    noise = Noise.of(values)
+    if not noise.freedom:
+        return np.asarray(np.arange(len(means)) == best)
+    p_values = noise.p_values(values.mean(axis=1))
+    pairs = np.triu_indices(len(means), 1)
+    differ = np.zeros(p_values.shape, np.bool_)
+    differ[pairs] = _differ(p_values[pairs])
+    return np.asarray(found & ~(differ | differ.T)[best], np.bool_)
 
 
 @dataclass(frozen=True, eq=False)
