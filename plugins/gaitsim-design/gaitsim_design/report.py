@@ -209,7 +209,7 @@ def _notes(found: DesignMap) -> list[str]:
     lines = [
         "± is the 95 % interval of the mean over replicates; ▲ and ▼ mark differences from the "
         "original beyond the noise of the search, at most 5 % of them false. Shares of the "
-        "variance are first-order indices of a quadratic surface, in brackets for single replicates."
+        "variance are first-order indices of a quadratic surface, in brackets for each replicate."
     ]
     worlds = experiment.worlds.count
     if worlds:

@@ -103,16 +103,12 @@ def test_mistakes_are_explained_before_a_run_is_created(options, words, crawler,
     assert not (tmp_path / "runs").exists()
 
 
-def test_bodies_without_dimensions_and_other_folders_are_refused(finished, gaitsim, tmp_path):
+def test_other_bodies_and_folders_are_refused(crawler, finished, gaitsim, tmp_path):
+    assert "3 genes" in gaitsim("design", crawler, "--from", "puppet", code=2).stderr
     assert "has no dimensions" in gaitsim("design", "puppet.toml", code=2).stderr
     assert "is not a map of designs" in gaitsim("design", "runs/puppet", code=2).stderr
     assert "neither a body nor a map" in gaitsim("design", tmp_path, code=2).stderr
-    refused = gaitsim("plot", "puppet", "--kind", "design", code=2)
-    assert "not a map of designs" in refused.stderr
-
-
-def test_a_gait_of_another_body_is_refused(crawler, finished, gaitsim):
-    assert "3 genes" in gaitsim("design", crawler, "--from", "puppet", code=2).stderr
+    assert "not a map" in gaitsim("plot", "puppet", "--kind", "design", code=2).stderr
 
 
 def test_a_damaged_map_is_an_error_and_not_a_crash(mapped, gaitsim):

@@ -4,14 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gaitsim_design.statistics import (
-    Noise,
-    Surface,
-    differences,
-    intervals,
-    plateau,
-    shares,
-)
+from gaitsim_design.statistics import Noise, Surface, differences, intervals, plateau, shares
 
 
 def values(designs, replicates, spread=1.0, seed=0):
@@ -50,7 +43,6 @@ def test_equal_designs_share_their_noise_and_unequal_ones_keep_their_own():
     spreads = np.exp(rng.normal(0, 1.5, (200, 1)))
     noise = Noise.of(rng.normal(0, spreads, (200, 3)))
     assert stats.spearmanr(noise.deviations, spreads[:, 0]).statistic > 0.6
-    # As inverse gamma with 2 / 1.5² degrees of freedom more or less, plus the two of three values.
     assert 2 < noise.freedom < 6
 
 
