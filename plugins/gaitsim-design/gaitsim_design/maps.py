@@ -103,13 +103,13 @@ class DesignMap:
         Raises:
             RunError: the run has no designs yet, or its search is another one.
         """
-        designs_search(run)
+        search = designs_search(run)
         if run.checkpoint is None:
             raise unfinished_error(run.path)
         _ = run.members  # checks the state
-        if not len(run.finished.state["genomes"]):
+        if not search.has_designs(run.finished.state):
             raise NothingToPlotError(
-                f"the run {run.path} still searches for gaits of the original",
+                f"the run {run.path} still evolves gaits of the original",
                 remedy=f"continue it: {command('design', run.path)}",
             )
         return cls(run)

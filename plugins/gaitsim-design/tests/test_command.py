@@ -75,6 +75,8 @@ def test_a_stopped_map_continues_to_the_same_bits(crawler, gaitsim, tmp_path):
     options = {"levels": 3, "replicates": 2, "original": 3, "polish": 3}
     with pytest.raises(Stopped):
         gs.design(crawler, **options, out="parts", on_generation=stop)
+    early = gaitsim("plot", "parts", "--kind", "design", code=2).stderr
+    assert "still evolves gaits of the original" in early
     with pytest.raises(Stopped):
         gs.design("parts", on_generation=stop)
     gaitsim("design", "parts")
