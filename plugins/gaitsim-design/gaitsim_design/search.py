@@ -2,7 +2,7 @@
 
 The last genes of a genome are factors of the body's dimensions. A run has three phases:
 
-    original: gaits evolve on the original body  ─▶  transfer: every design tries the best of them
+    original: CMA-ES evolves gaits of the original  ─▶  transfer: every design tries the best of them
     ─▶  polish: each design tries variations of its own gait and of those of other designs
 
 A generation holds one individual of each design in each replicate. Replicates never exchange gaits,
@@ -10,7 +10,7 @@ so that the differences between them are the noise of the search.
 """
 
 from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,7 @@ from gaitsim.plugin import (
     Results,
     Search,
     State,
+    load_class,
     option,
 )
 
@@ -45,7 +46,7 @@ class Designs(Search):
     A design keeps the better of its gait and a variation of it, as the (1 + 1) evolution strategy
     of Rechenberg 1973 does; instead of adapting, step sizes are drawn from a wide range. Half of
     the parents are gaits of other designs, as in MAP-Elites (Mouret and Clune 2015): the better one
-    of two. While gaits evolve on the original, all designs are the original.
+    of two.
     """
 
     dimensions: tuple[str, ...] = option(
@@ -108,7 +109,12 @@ class Designs(Search):
     def initial(self, context: Context) -> State:
         """Return the designs and the known gaits."""
         known = context.starts if len(context.starts) else context.random(context.population)
+        inner: dict[str, Any] = {}
+        for replicate in range(self.replicates if self.original else 0):
+            states = self._gaits.initial(self._inner(context, context.starts))
+            inner |= {f"{replicate}: {name}": one for name, one in states.items()}
         return {
+            **inner,
             "designs": designs_of(*self.ends(context.space), self.levels, self.sample, context.rng),
             "known": np.array(known[:, : -len(self.dimensions)]),
             "genomes": np.empty((0, context.space.genes)),
@@ -117,14 +123,12 @@ class Designs(Search):
         }
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
-        """Return known gaits and variations on the original, then gaits for all designs."""
+        """Return gaits of the original, then of all designs: known ones, then variations."""
         designs, known = state["designs"], state["known"]
         rows, count, genes = np.arange(context.population), len(designs), known.shape[1]
         begun = context.generation - self.original - 1  # generations of all designs so far
-        if context.generation == 1 and self.original:
-            gaits = known[rows % count % len(known)]
-            shifts = self._shifts(context, genes)
-            gaits = np.where((rows % count < len(known))[:, None], gaits, gaits + shifts)
+        if begun < 0:
+            gaits, state = self._ask_gaits(state, last, context)
         elif begun == 0 and self.original:
             leading = self._lead(state).argmin(axis=1) + count * np.arange(self.replicates)
             gaits = state["genomes"][leading, :genes].repeat(count, axis=0)
@@ -142,6 +146,8 @@ class Designs(Search):
 
     def tell(self, state: State, results: Results, context: Context) -> State:
         """Keep the better gaits; the first gaits of the designs replace those of the original."""
+        if context.generation <= self.original:
+            state = self._tell_gaits(state, results, context)
         found = {
             "genomes": results.genomes,
             "scores": results.scores,
@@ -230,7 +236,61 @@ class Designs(Search):
         factors = np.tile(designs, (self.replicates, 1)) if self.has_designs(state) else 1.0
         if not (state["genomes"][:, genes - count :] == factors).all():
             return "its gaits are of other designs"
-        return ""
+        inner = self._inner(context, context.starts) if self.original else context
+        parts = (_part(state, one) for one in range(self.replicates if self.original else 0))
+        return next(filter(None, (self._gaits.mismatch(one, inner) for one in parts)), "")
+
+    @property
+    def _gaits(self) -> Search:
+        """The search for gaits of the original."""
+        found = load_class("search", "cma-es")()
+        assert isinstance(found, Search), "its contract"
+        return found
+
+    def _inner(self, context: Context, starts: Genomes) -> Context:
+        """Return the context of a search for gaits of the original, with its own random stream."""
+        space, count = context.space, -len(self.dimensions)
+        assert isinstance(space, RealSpace), "the only space that the search supports"
+        periodic = None if space.periodic is None else space.periodic[:count]
+        gaits = RealSpace(
+            space.lower[:count], space.upper[:count], space.labels[:count], periodic=periodic
+        )
+        (rng,) = context.rng.spawn(1)
+        population = context.population // self.replicates
+        return Context(gaits, population, context.generation, rng, starts=starts[:, :count])
+
+    def _split(self, results: Results) -> list[Results]:
+        """Return gaits and scores of each replicate; slow gaits score below others (Deb 2000)."""
+        scores, reached = results.scores, self._reached(results.scores, self._values(results))
+        if self.speed:
+            slow = np.isfinite(scores) & (reached < self.speed)
+            worst = scores[reached == self.speed].min(initial=0.0)
+            scores = np.where(slow, worst - 1 + reached / self.speed, scores)
+        gaits = results.genomes[:, : -len(self.dimensions)]
+        split = (np.split(one, self.replicates) for one in (gaits, scores))
+        return [Results(*part) for part in zip(*split, strict=True)]
+
+    def _ask_gaits(
+        self, state: State, last: Results | None, context: Context
+    ) -> tuple[Genomes, State]:
+        """Return gaits of the original, (population, genes), and the state for `tell`."""
+        parts = [None] * self.replicates if last is None else self._split(last)
+        gaits, found = [], dict(state)
+        for replicate, part in enumerate(parts):
+            inner = self._inner(context, context.starts)
+            genomes, after = self._gaits.ask(_part(state, replicate), part, inner)
+            found |= {f"{replicate}: {name}": one for name, one in after.items()}
+            gaits.append(genomes)
+        return np.concatenate(gaits), found
+
+    def _tell_gaits(self, state: State, results: Results, context: Context) -> State:
+        """Return the state with the searches for gaits of the original updated."""
+        found = dict(state)
+        for replicate, part in enumerate(self._split(results)):
+            inner = self._inner(context, context.starts)
+            after = self._gaits.tell(_part(state, replicate), part, inner)
+            found |= {f"{replicate}: {name}": one for name, one in after.items()}
+        return found
 
     def _parents(self, state: State, context: Context) -> Genomes:
         """Return a gait to vary for each design and replicate, (population, genes)."""
@@ -293,6 +353,14 @@ def designs_of(
     found = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, len(low))
     found[np.abs(found - 1) < 1e-9] = 1.0
     return found if (found == 1).all(axis=1).any() else np.concatenate([original, found])
+
+
+def _part(state: State, replicate: int) -> State:
+    """Return the state of the search for gaits of the original in a replicate."""
+    prefix = f"{replicate}: "
+    return {
+        name.removeprefix(prefix): one for name, one in state.items() if name.startswith(prefix)
+    }
 
 
 def _borders(levels: Floats) -> Floats:
