@@ -234,7 +234,7 @@ class Evolution(BaseModel):
     keep_every: int | None = option(
         None,
         "keep the whole population at this interval, to export its motions; none: "
-        "keep only the last population",
+        "keep those of generations 100, 200, … 900, 1000, 2000, … and the last",
         unit="generations",
         ge=1,
     )

@@ -449,7 +449,7 @@ class RunSnapshot:
     def population(self, generation: int) -> Checkpoint:
         """Return the whole population of the last generation or of one that the run keeps.
 
-        A run keeps those of every `evolution.keep_every` generations.
+        A run keeps those of every `evolution.keep_every` generations, or a few by default.
         """
         if generation == self.generation:
             return self.finished

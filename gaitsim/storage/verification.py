@@ -1,6 +1,7 @@
 """Verify a run: its files are compared with one another, and its generations evolved again."""
 
 import os
+from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -475,20 +476,22 @@ def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[Fi
 
 
 def evolve_again(
-    run: RunSnapshot, until: int, new_evaluator: Callable[[Experiment], Evaluator]
+    run: RunSnapshot,
+    until: int,
+    new_evaluator: Callable[[Experiment], Evaluator],
+    last: Generation | None = None,
 ) -> Iterator[Generation]:
-    """Evolve a run again from its experiments; yield the generations up to `until`."""
-    last: Generation | None = None
+    """Evolve a run again from its experiments; yield the generations after `last` up to `until`."""
     for stage in run.stages:
         end = min(stage.last, until)
-        if stage.first > until:
-            return
+        if last is not None and end <= last.number:
+            continue
         experiment = run.experiment_at(end)
         limits = {"generations": end, **LIMITS}  # the only stop condition
         experiment = replace(experiment, evolution=experiment.evolution.model_copy(update=limits))
         start = warm_start(run, experiment) if last is None else None
         with new_evaluator(experiment) as evaluator:
-            if last is not None:
+            if last is not None and last.number < stage.first:
                 progress = begin_stage(
                     last.progress, experiment.evolution, stage.changes, len(last.genomes)
                 )
@@ -625,8 +628,8 @@ def populations(
 ) -> Iterator[Generation]:
     """Yield generations of a run with all their individuals, in order.
 
-    If the run did not keep all of them, they are evolved again, from the first generation on. They
-    must match the record.
+    Those that the run did not keep are evolved again from the nearest earlier one. They must match
+    the record.
 
     Args:
         run: the run.
@@ -641,31 +644,43 @@ def populations(
     for number in wanted:
         run.stage_at(number)
     # Not the snapshot's list: a user deletes a file that differs, to have it evolved again.
-    kept = {*wanted} <= {*kept_generations(run.path, POPULATIONS), run.generation}
-    found = (
-        (restore_generation(run.population(number)) for number in wanted)
-        if kept
-        else evolve_again(run, wanted[-1], Evaluator)
-    )
-    if not kept:
-        lasted = ((one.outline, min(one.last, wanted[-1]) - one.first + 1) for one in run.stages)
-        sizes = ((one.evolution.population * one.islands.number, long) for one, long in lasted)
-        begin(sum(size * max(long, 0) for size, long in sizes))
-    for generation in found:
-        if not kept:
-            advance(len(generation.genomes))
-        if wrong := wrong_checksums(run, generation):
-            how, remedy = "when evolved again", "use the versions and the machine that evolved it"
-            if kept:
-                how, remedy = f"in {POPULATIONS}", "delete its file there: it is then evolved again"
-            raise RunError(
-                f"generation {generation.number} differs from the record {how}: its "
-                f"{' and '.join(wrong)}",
-                where=str(run.path),
-                remedy=remedy,
-            )
-        if generation.number in wanted:
-            yield generation
+    kept = [0, *kept_generations(run.path, POPULATIONS, run.generation - 1), run.generation]
+    # The generation from which each is reached: itself, or the nearest kept or reached before it.
+    starts = [
+        max(kept[bisect(kept, number) - 1], reached)
+        for reached, number in zip([0, *wanted], wanted, strict=False)
+    ]
+    again = 0
+    for stage in run.stages:
+        size = stage.outline.evolution.population * stage.outline.islands.number
+        for start, number in zip(starts, wanted, strict=True):
+            again += size * len(range(max(start + 1, stage.first), min(number, stage.last) + 1))
+    if again:
+        begin(again)
+    last: Generation | None = None
+    for start, number in zip(starts, wanted, strict=True):
+        if start and (last is None or start != last.number):
+            last = restore_generation(run.population(start))
+            remedy = "delete its file there: it is then evolved again"
+            _check_record(run, last, f"in {POPULATIONS}", remedy)
+        for found in evolve_again(run, number, Evaluator, last if start else None):
+            advance(len(found.genomes))
+            remedy = "use the versions and the machine that evolved it"
+            _check_record(run, found, "when evolved again", remedy)
+            last = found
+        if last is not None:
+            yield last
+
+
+def _check_record(run: RunSnapshot, generation: Generation, how: str, remedy: str) -> None:
+    """Check a generation against its checksums."""
+    if wrong := wrong_checksums(run, generation):
+        raise RunError(
+            f"generation {generation.number} differs from the record {how}: its "
+            f"{' and '.join(wrong)}",
+            where=str(run.path),
+            remedy=remedy,
+        )
 
 
 def compare_folders(here: Path, there: Path) -> list[FileDifference]:

@@ -282,8 +282,10 @@ class RunWriter:
         self._saved = time.monotonic()
 
     def _keeps(self, generation: Generation) -> bool:
-        every = self.experiment.evolution.keep_every
-        return every is not None and generation.number % every == 0
+        number, every = generation.number, self.experiment.evolution.keep_every
+        if every is not None:
+            return number % every == 0
+        return not generation.stop and number % 10 ** max(2, len(str(number)) - 1) == 0
 
     @contextmanager
     def _explained(self) -> Iterator[None]:

@@ -34,6 +34,26 @@ def test_populations_are_kept_and_read(kept, whole):
         assert np.array_equal(best, kept.bests[generation - 1]["genome"])
 
 
+def test_others_are_evolved_again_from_the_nearest_kept_one(kept):
+    began, advanced = [], []
+    (kept.path / kept_file(POPULATIONS, 3)).unlink()
+    found = [*populations(kept, [2, 5, 6, 7], began.append, advanced.append)]
+    size = kept.experiment.evolution.population
+    assert [generation.number for generation in found] == [2, 5, 6, 7]
+    assert began == [sum(advanced)] == [6 * size]  # 1 to 5, and 7
+    for generation in found:
+        best = kept.bests[generation.number - 1]["genome"]
+        assert np.array_equal(generation.genomes[generation.best], best)
+
+
+def test_some_populations_are_always_kept(puppet):
+    path = create_run(puppet("evolution.generations=200", "evolution.population=4"))
+    continue_run(path)
+    assert kept_generations(path, POPULATIONS) == [100]  # and the last, as the checkpoint
+    continue_run(path, generations=201)
+    assert kept_generations(path, POPULATIONS) == [100]
+
+
 def test_later_populations_are_dropped_when_a_run_resumes(kept):
     late = kept.path / kept_file(POPULATIONS, 9)
     late.write_bytes((kept.path / kept_file(POPULATIONS, 6)).read_bytes())
