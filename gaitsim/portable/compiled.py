@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar, cast
 
 from llvmlite import ir
 from numba import njit, types
@@ -10,16 +10,24 @@ from numba.extending import lower_builtin, register_jitable, type_callable
 
 from gaitsim.portable import scalar
 
-__all__ = ["exp", "log", "loop", "scalar", "sin_and_cos", "tanh"]
+__all__ = ["exp", "inner", "kernel", "log", "loop", "scalar", "sin_and_cos", "tanh"]
 
 
-PART: dict[str, Any] = {
-    "forceinline": True,
-    "error_model": "numpy",
-    "no_cpython_wrapper": True,
-    "no_cfunc_wrapper": True,
-}
+_KERNEL: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
+_INNER: dict[str, Any] = {**_KERNEL, "no_cpython_wrapper": True}
+PART: dict[str, Any] = {**_INNER, "forceinline": True}
 """Options of a function that only compiled code calls. With others, its parts compile again."""
+_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+
+def kernel(function: _Function) -> _Function:
+    """Compile a function that Python calls."""
+    return cast(_Function, njit(nogil=True, cache=True, **_KERNEL)(function))
+
+
+def inner(function: _Function) -> _Function:
+    """Compile a function that only compiled code calls, in a tenth less time than others."""
+    return cast(_Function, njit(**_INNER)(function))
 
 
 def _instructions(function: Any, typing: Any) -> Callable[[Callable[..., Any]], Any]:

@@ -39,3 +39,8 @@ BLOCK = np.dtype(
     ],
     align=True,
 )
+
+
+def whole_blocks(frames: int) -> int:
+    """Return the number of frames of the blocks with all intervals between some frames."""
+    return SIZE * -((1 - frames) // SIZE) + 1

@@ -452,16 +452,17 @@ def _motion(
         return {"feet": time_second(feet), "centre_of_mass": time_second(centre)}
 
     def travel() -> dict[str, Array]:
-        from gaitsim_spider.intervals import BLOCK
+        from gaitsim_spider.intervals import BLOCK, whole_blocks
         from gaitsim_spider.walking import walk
 
-        feet = np.empty((1, 3, 8, frames), dtype=np.float32)
-        centre = np.empty((1, 3, frames), dtype=np.float32)
+        feet = np.zeros((1, 3, 8, whole_blocks(frames)), dtype=np.float32)
+        centre = np.zeros((1, 3, whole_blocks(frames)), dtype=np.float32)
         pose = np.empty((population, 3, frames), dtype=np.float32)
         stance = np.empty((population, 8, frames), dtype=np.bool_)
         slip, margin, slope = np.empty((3, population, frames), dtype=np.float32)
         blocks = np.zeros(1, BLOCK)
-        lean = down[0] / -down[2], down[1] / -down[2]
+        level = down[0] == down[1] == 0
+        lean = None if level else (down[0] / -down[2], down[1] / -down[2])
         walk(angles, legs, lean, feet, centre, blocks, pose, stance, slip, margin, slope)
         return {
             "pose": time_second(pose),

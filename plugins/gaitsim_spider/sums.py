@@ -4,10 +4,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import scalar_sin as sin, scalar_tan as tan
+from gaitsim.plugin.toolkit import compiled, scalar_sin as sin, scalar_tan as tan
 
 _f = np.float32
 _ZERO: Any = _f(0.0)
@@ -17,9 +16,10 @@ CUTOFF = 5.0  # Hz; no gait of a body of this size needs faster joint motion
 _QUALITIES = tuple(1 / (2 * sin(math.pi * k / 8)) for k in (1, 3))
 
 # Working memory of one individual, by joint, so that loops over joints vectorise: the joint angles
-# of some frames, one row per frame; the differences in the previous frame; the outputs of both
-# sections in the last two frames; and sums of squares.
-_FRAMES, _JOINTS = 64, 24
+# of four frames, one row per frame; the differences in the previous frame; the outputs of both
+# sections in the last two frames; and sums of squares. Four frames at once take a fifth less time,
+# as reading and writing these numbers takes longer than the arithmetic.
+_FRAMES, _JOINTS = 4, 24
 _OUTPUTS = ("y1", "y2", "z1", "z2")
 STATE = np.dtype(
     [
@@ -50,39 +50,42 @@ def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
     return gain, np.array(poles, dtype=np.float32)
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def _roughness(angles: Any, gain: float, poles: Any, state: Any) -> tuple[float, float]:
     """Return vibration and jerk of one individual, whose angles are (24, frames) float32."""
     joints, frames = angles.shape
     a1, a2, b1, b2 = poles[0, 0], poles[0, 1], poles[1, 0], poles[1, 1]
     angle, first, second, third = state.angle, state.first, state.second, state.third
     y1, y2, z1, z2 = state.y1, state.y2, state.z1, state.z2
-    frame_angles, squares, jerks = state.angles, state.vibration, state.jerk
+    some, squares, jerks = state.angles, state.vibration, state.jerk
     for joint in range(_JOINTS):
         angle[joint] = angles[joint, 0]
         first[joint] = second[joint] = third[joint] = _ZERO
         y1[joint] = y2[joint] = z1[joint] = z2[joint] = _ZERO
         squares[joint] = jerks[joint] = _ZERO
-    for start in range(1, frames, _FRAMES):
-        rest = frames - start
-        count = rest if rest < _FRAMES else _FRAMES
-        for n in range(count):
+    # The body rests before the first frame, which adds nothing to the sums.
+    for start in range(-(-frames % _FRAMES), frames, _FRAMES):
+        for n in range(_FRAMES):
+            frame = start + n if start + n > 0 else 0
             for joint in range(_JOINTS):
-                frame_angles[n, joint] = angles[joint, start + n]
-        for n in range(count):
-            whole = _ONE if start + n >= 3 else _ZERO  # four frames are needed
-            for joint in range(_JOINTS):
-                velocity = frame_angles[n, joint] - angle[joint]
-                acceleration = velocity - first[joint]
-                change = acceleration - second[joint]
-                y = change - third[joint] - a1 * y1[joint] - a2 * y2[joint]
-                z = y - b1 * z1[joint] - b2 * z2[joint]
-                angle[joint] = frame_angles[n, joint]
-                first[joint], second[joint], third[joint] = velocity, acceleration, change
-                y2[joint], y1[joint] = y1[joint], y
-                z2[joint], z1[joint] = z1[joint], z
-                squares[joint] += z * z
-                jerks[joint] += whole * (change * change)
+                some[n, joint] = angles[joint, frame]
+        for joint in range(_JOINTS):
+            a, b, c, d = angle[joint], first[joint], second[joint], third[joint]
+            y, before, z, earlier = y1[joint], y2[joint], z1[joint], z2[joint]
+            square, jerk = squares[joint], jerks[joint]
+            for n in range(_FRAMES):
+                whole = _ONE if start + n >= 3 else _ZERO  # four frames are needed
+                velocity = some[n, joint] - a
+                acceleration = velocity - b
+                change = acceleration - c
+                y, before = change - d - a1 * y - a2 * before, y
+                z, earlier = y - b1 * z - b2 * earlier, z
+                a, b, c, d = some[n, joint], velocity, acceleration, change
+                square += z * z
+                jerk += whole * (change * change)
+            angle[joint], first[joint], second[joint], third[joint] = a, b, c, d
+            y1[joint], y2[joint], z1[joint], z2[joint] = y, before, z, earlier
+            squares[joint], jerks[joint] = square, jerk
     smooth = rough = 0.0
     for joint in range(_JOINTS):
         smooth += squares[joint]
@@ -91,7 +94,7 @@ def _roughness(angles: Any, gain: float, poles: Any, state: Any) -> tuple[float,
     return gain * math.sqrt(smooth), math.sqrt(rough)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@compiled.kernel
 def sum_frames(
     pose: NDArray[np.float32],
     slip: NDArray[np.float32],
@@ -144,7 +147,7 @@ def sum_frames(
         sums[individual, 6], sums[individual, 7] = vibration, jerk
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@compiled.kernel
 def leg_by_leg(
     feet: NDArray[np.float32],
     angles: NDArray[np.float32],

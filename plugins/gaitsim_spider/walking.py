@@ -15,7 +15,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos
+from gaitsim.plugin.toolkit import compiled, compiled_sin_and_cos as sin_and_cos
 from gaitsim_spider.body import FOOT_RADIUS
 from gaitsim_spider.damage import LegData
 from gaitsim_spider.intervals import SIZE
@@ -26,7 +26,7 @@ _ZERO, _HALF, _ONE, _TWO = _f(0.0), _f(0.5), _f(1.0), _f(2.0)
 _FAR = _f(1e9)
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def find_feet(block: Any) -> None:
     """Find the three feet on which the body rests in each interval.
 
@@ -55,7 +55,7 @@ def find_feet(block: Any) -> None:
                     feet[n] = code if lower else feet[n]
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: Any) -> Any:
     """Compute the upward unit normal n of the plane, and its height n·p for a foot p on it.
 
@@ -80,7 +80,7 @@ def find_normal(block: Any, nx: Any, ny: Any, nz: Any, i: Any) -> Any:
 _ROUNDING = _f(1e-8)  # m²
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def find_margin(block: Any) -> None:
     """Compute the distance of the centre of mass from the nearest side of the support polygon.
 
@@ -133,30 +133,30 @@ def _atan(x: Any) -> Any:
     return x * (_ONE + y * (_A3 + y * (_A5 + y * (_A7 + y * tail))))
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def _fill_axis(
-    feet: Any, centre: Any, middle: Any, relative: Any, travelled: Any, first: int, count: int
+    feet: Any, centre: Any, middle: Any, relative: Any, travelled: Any, first: int
 ) -> None:
     """Fill midpoints and travel along one axis; a loop over all axes would not vectorise."""
-    for n in range(count):
-        middle[n] = _HALF * (centre[first + n] + centre[first + n + 1])
-    for leg in range(len(feet)):
-        here, there = feet[leg, first : first + count], feet[leg, first + 1 : first + count + 1]
-        for n in range(count):
-            relative[leg, n] = _HALF * (here[n] + there[n]) - middle[n]
-        for n in range(count):
-            travelled[leg, n] = there[n] - here[n]
+    body = centre[first : first + SIZE + 1]
+    for n in range(SIZE):
+        middle[n] = _HALF * (body[n] + body[n + 1])
+    for leg in range(8):
+        foot = feet[leg, first : first + SIZE + 1]
+        for n in range(SIZE):
+            relative[leg, n] = _HALF * (foot[n] + foot[n + 1]) - middle[n]
+            travelled[leg, n] = foot[n + 1] - foot[n]
 
 
 @njit(inline="always", error_model="numpy")
-def _fill_block(block: Any, feet: Any, centre: Any, first: int, count: int) -> None:
-    """Fill a block with midpoints and travel in `count` intervals from frame `first`."""
-    _fill_axis(feet[0], centre[0], block.cx, block.x, block.dx, first, count)
-    _fill_axis(feet[1], centre[1], block.cy, block.y, block.dy, first, count)
-    _fill_axis(feet[2], centre[2], block.cz, block.z, block.dz, first, count)
+def _fill_block(block: Any, feet: Any, centre: Any, first: int) -> None:
+    """Fill a block with midpoints and travel in the intervals from frame `first`."""
+    _fill_axis(feet[0], centre[0], block.cx, block.x, block.dx, first)
+    _fill_axis(feet[1], centre[1], block.cy, block.y, block.dy, first)
+    _fill_axis(feet[2], centre[2], block.cz, block.z, block.dz, first)
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def _project_feet(block: Any) -> None:
     """Find the feet on the resting plane; project all feet and their travel onto it.
 
@@ -180,7 +180,7 @@ def _project_feet(block: Any) -> None:
             block.dv[leg, n] = dy[leg, n] - ny * shift
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def _twist(block: Any) -> None:
     """Compute the slip, and the rigid motion of the body that best keeps stance feet in place.
 
@@ -230,7 +230,7 @@ def _find_directions(block: Any) -> None:
 _RADIUS = _f(FOOT_RADIUS)
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def _shear(block: Any, lean: Any) -> None:
     """Move the feet to where they appear along gravity, relative to the centre of mass.
 
@@ -247,7 +247,7 @@ def _shear(block: Any, lean: Any) -> None:
             block.y[leg, n] -= depth * block.lean_y[n]
 
 
-@njit(error_model="numpy")
+@compiled.inner
 def _project_centre(block: Any) -> None:
     """Project the centre of mass onto the plane along gravity instead of the plane's normal."""
     for n in range(SIZE):
@@ -256,88 +256,11 @@ def _project_centre(block: Any) -> None:
         block.v0[n] += depth * block.lean_y[n]
 
 
-# Inlined into `walk`, its only caller, so that it is optimised once: a quarter less to compile.
-@njit(inline="always", error_model="numpy")
-def travel(
-    feet: Any,
-    centre: Any,
-    lean: Any,
-    block: Any,
-    pose: Any,
-    stance: Any,
-    slip: Any,
-    margin: Any,
-    slope: Any,
-) -> None:
-    """Compute the motion of one body over flat ground from the motion of its feet.
-
-    Args:
-        feet: feet in the body's frame, (3, 8, frames) float32, metres.
-        centre: centre of mass in the body's frame, (3, frames) float32, metres.
-        lean: see `walk`.
-        block: working memory, a record of dtype `BLOCK`.
-        pose: output, (3, frames) float32; see `walk`, also for the other outputs.
-        stance: output, (8, frames) bool.
-        slip: output, (frames,) float32.
-        margin: output, (frames,) float32.
-        slope: output, (frames,) float32.
-    """
-    last = feet.shape[2] - 1
-    inclined = lean[0] != 0.0 or lean[1] != 0.0
-    x = y = yaw = 0.0
-    nx, ny, nz, foot = _ZERO, _ZERO, _ONE, np.int64(0)  # the type of later feet
-    pose[0, 0], pose[1, 0], pose[2, 0] = _ZERO, _ZERO, _ZERO
-    for first in range(0, last, SIZE):
-        rest = last - first
-        count = rest if rest < SIZE else SIZE
-        before = yaw
-        for n in range(SIZE):
-            block.heading[n] = yaw
-        # On a slope, the feet on which the body rests depend on its heading, and the heading on
-        # these feet. The first pass takes the heading at the start of the block.
-        for _ in range(2 if inclined else 1):
-            _fill_block(block, feet, centre, first, count)
-            if inclined:
-                _find_directions(block)
-                _shear(block, lean)
-            find_feet(block)
-            if inclined:
-                _fill_block(block, feet, centre, first, count)
-            normal = find_normal(block, nx, ny, nz, foot)
-            _project_feet(block)
-            _twist(block)
-            yaw = before
-            for n in range(count):
-                block.heading[n] = yaw + 0.5 * block.turn[n]
-                yaw += block.turn[n]
-        nx, ny, nz, foot = normal
-        if inclined:
-            _project_centre(block)
-        find_margin(block)
-        _find_directions(block)
-        yaw = before
-        for n in range(count):
-            x += block.forward[n] * block.ahead_x[n] - block.sideways[n] * block.ahead_y[n]
-            y += block.forward[n] * block.ahead_y[n] + block.sideways[n] * block.ahead_x[n]
-            yaw += block.turn[n]
-            pose[0, first + n + 1], pose[1, first + n + 1], pose[2, first + n + 1] = x, y, yaw
-            slip[first + n] = block.slip[n]
-            margin[first + n] = block.margin[n]
-            slope[first + n] = block.slope[n]
-        for leg in range(len(stance)):
-            row = stance[leg, first : first + count]  # a slice, as in `_fill_axis`
-            for n in range(count):
-                row[n] = block.on[leg, n] > _ZERO
-    for leg in range(len(stance)):
-        stance[leg, last] = stance[leg, last - 1]
-    slip[last], margin[last], slope[last] = slip[last - 1], margin[last - 1], slope[last - 1]
-
-
-@njit(nogil=True, cache=True, error_model="numpy")
+@compiled.kernel
 def walk(
     angles: NDArray[np.float32],
-    legs: LegData,
-    lean: tuple[float, float],
+    legs: LegData | None,
+    lean: tuple[float, float] | None,
     feet: NDArray[np.float32],
     centre: NDArray[np.float32],
     blocks: NDArray[np.void],
@@ -352,12 +275,14 @@ def walk(
     Args:
         angles: joint angles from the pose at rest, (population, 24, frames) float32, radians, each
             within ±30°.
-        legs: data of the legs, of one body or of each individual's.
+        legs: data of the legs, of one body or of each individual's; None if `feet` and `centre`
+            hold the motion of one body.
         lean: components of gravity along the ground, forward and to the left of the initial
-            heading, divided by the component into the ground; 0 on level ground.
-        feet: working memory, (1, 3, 8, frames) float32. That of one individual, 76 kB for 300
-            frames, fits into the cache.
-        centre: working memory, (1, 3, frames) float32.
+            heading, divided by the component into the ground. None on level ground, for which
+            less is compiled.
+        feet: working memory, (1, 3, 8, `whole_blocks(frames)`) float32; zeros at first. That of
+            one individual, 80 kB for 300 frames, fits into the cache.
+        centre: working memory, (1, 3, `whole_blocks(frames)`) float32; zeros at first.
         blocks: working memory, (1,) of dtype `BLOCK`; zeros at first.
         pose: output, (population, 3, frames) float32: x, y in metres and yaw in radians of the
             body in the world, starting from zero.
@@ -368,18 +293,67 @@ def walk(
         margin: output, (population, frames) float32, metres: static stability margin.
         slope: output, (population, frames) float32, radians: tilt of the resting plane.
     """
-    for n in range(len(angles)):
-        own = min(n, len(legs.lengths) - 1)
-        one = LegData(
-            legs.lengths[own : own + 1],
-            legs.shares[own : own + 1],
-            legs.hips[own : own + 1],
-            legs.moments[own : own + 1],
-        )
-        place_feet(angles[n : n + 1], one, feet, centre)
-        travel(
-            feet[0], centre[0], lean, blocks[0], pose[n], stance[n], slip[n], margin[n], slope[n]
-        )
+    block, last = blocks[0], angles.shape[2] - 1
+    for individual in range(len(angles)):
+        if legs is not None:
+            own = min(individual, len(legs.lengths) - 1)
+            one = LegData(
+                legs.lengths[own : own + 1],
+                legs.shares[own : own + 1],
+                legs.hips[own : own + 1],
+                legs.moments[own : own + 1],
+            )
+            place_feet(angles[individual : individual + 1], one, feet, centre)
+        x = y = yaw = 0.0
+        nx, ny, nz, foot = _ZERO, _ZERO, _ONE, np.int64(0)  # the type of later feet
+        pose[individual, 0, 0] = pose[individual, 1, 0] = pose[individual, 2, 0] = _ZERO
+        for first in range(0, last, SIZE):
+            rest = last - first
+            count = rest if rest < SIZE else SIZE
+            before = yaw
+            for n in range(SIZE):
+                block.heading[n] = yaw
+            # On a slope, the feet on which the body rests depend on its heading, and the heading on
+            # these feet. The first pass takes the heading at the start of the block.
+            for _ in range(1 if lean is None else 2):
+                _fill_block(block, feet[0], centre[0], first)
+                if lean is not None:
+                    _find_directions(block)
+                    _shear(block, lean)
+                find_feet(block)
+                if lean is not None:
+                    _fill_block(block, feet[0], centre[0], first)
+                normal = find_normal(block, nx, ny, nz, foot)
+                _project_feet(block)
+                _twist(block)
+                yaw = before
+                for n in range(count):
+                    block.heading[n] = yaw + 0.5 * block.turn[n]
+                    yaw += block.turn[n]
+            nx, ny, nz, foot = normal
+            if lean is not None:
+                _project_centre(block)
+            find_margin(block)
+            _find_directions(block)
+            yaw = before
+            for n in range(count):
+                x += block.forward[n] * block.ahead_x[n] - block.sideways[n] * block.ahead_y[n]
+                y += block.forward[n] * block.ahead_y[n] + block.sideways[n] * block.ahead_x[n]
+                yaw += block.turn[n]
+                pose[individual, 0, first + n + 1] = x
+                pose[individual, 1, first + n + 1] = y
+                pose[individual, 2, first + n + 1] = yaw
+                slip[individual, first + n] = block.slip[n]
+                margin[individual, first + n] = block.margin[n]
+                slope[individual, first + n] = block.slope[n]
+            for leg in range(8):
+                row = stance[individual, leg, first : first + count]  # a slice, as in `_fill_axis`
+                for n in range(count):
+                    row[n] = block.on[leg, n] > _ZERO
+                stance[individual, leg, last] = row[count - 1]
+        slip[individual, last] = slip[individual, last - 1]
+        margin[individual, last] = margin[individual, last - 1]
+        slope[individual, last] = slope[individual, last - 1]
 
 
 # A body in a symmetric pose balances exactly on the line between two feet, where all triangles with
@@ -387,7 +361,7 @@ def walk(
 _NUDGE = _f(1e-5)  # m
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@compiled.kernel
 def rest(
     angles: NDArray[np.float32],
     legs: LegData,

@@ -4,15 +4,14 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos, cos, sin
+from gaitsim.plugin.toolkit import compiled, compiled_sin_and_cos as sin_and_cos, cos, sin
 
 _SPIDERS, _JOINTS, _FRAMES = 4, 24, 20
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@compiled.kernel
 def recur(
     genomes: NDArray[np.float32], step_limit: Any, angle_limit: Any, angles: NDArray[np.float32]
 ) -> None:
@@ -61,7 +60,7 @@ def unit_waves(step: float, frames: int) -> tuple[NDArray[np.float32], NDArray[n
     return sine, np.array([cos(angle) for angle in angles], np.float32)
 
 
-@njit(nogil=True, cache=True, error_model="numpy")
+@compiled.kernel
 def sum_waves(
     sine: NDArray[np.float32],
     cosine: NDArray[np.float32],

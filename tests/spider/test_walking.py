@@ -12,10 +12,10 @@ from gaitsim.contracts import Motion
 from gaitsim.legged import downward
 from gaitsim_spider import body
 from gaitsim_spider.damage import damaged_anatomy
-from gaitsim_spider.intervals import BLOCK
+from gaitsim_spider.intervals import BLOCK, whole_blocks
 from gaitsim_spider.kinematics import leg_points, place_feet
 from gaitsim_spider.organism import Spider
-from gaitsim_spider.walking import STANCE_TOLERANCE, travel
+from gaitsim_spider.walking import STANCE_TOLERANCE, walk
 
 INTACT = damaged_anatomy(()).legs
 FEET = np.zeros((8, 3))
@@ -25,26 +25,28 @@ FEET[:, 2] = -0.078
 
 
 def walked(
-    feet: np.ndarray, centre: np.ndarray | None = None, lean: tuple[float, float] = (0.0, 0.0)
+    feet: np.ndarray,
+    centre: np.ndarray | None = None,
+    lean: tuple[float, float] | None = None,
 ) -> dict[str, np.ndarray]:
     """Return the channels of one body whose feet move as given, (frames, 8, 3)."""
     frames = len(feet)
     centre = np.zeros((frames, 3)) if centre is None else centre
     out = {
-        "pose": np.empty((3, frames), np.float32),
-        "stance": np.empty((8, frames), np.bool_),
-        "slip": np.empty(frames, np.float32),
-        "margin": np.empty(frames, np.float32),
-        "slope": np.empty(frames, np.float32),
+        "pose": np.empty((1, 3, frames), np.float32),
+        "stance": np.empty((1, 8, frames), np.bool_),
+        "slip": np.empty((1, frames), np.float32),
+        "margin": np.empty((1, frames), np.float32),
+        "slope": np.empty((1, frames), np.float32),
     }
-    travel(
-        np.ascontiguousarray(feet.transpose(2, 1, 0), dtype=np.float32),
-        np.ascontiguousarray(centre.T, dtype=np.float32),
-        lean,
-        np.zeros(1, BLOCK)[0],
-        *out.values(),
+    inputs = (
+        np.zeros((1, 3, 8, whole_blocks(frames)), np.float32),
+        np.zeros((1, 3, whole_blocks(frames)), np.float32),
     )
-    return {name: values.T for name, values in out.items()}
+    inputs[0][..., :frames], inputs[1][..., :frames] = feet.transpose(2, 1, 0), centre.T
+    angles = np.empty((1, 24, frames), np.float32)
+    walk(angles, None, lean, *inputs, np.zeros(1, BLOCK), *out.values())
+    return {name: values[0].T for name, values in out.items()}
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from gaitsim_spider.body import FRAMES, JOINTS, LEGS
-from gaitsim_spider.intervals import BLOCK
+from gaitsim_spider.intervals import BLOCK, whole_blocks
 from gaitsim_spider.sums import STATE
 
 FILE = "spider.wasm"
@@ -44,8 +44,8 @@ MEMORY = np.dtype(
         ("lost", np.uint8, (len(LEGS),)),
         # The motion.
         ("angles", np.float32, (1, len(JOINTS), FRAMES)),
-        ("feet", np.float32, (1, 3, len(LEGS), FRAMES)),
-        ("centre", np.float32, (1, 3, FRAMES)),
+        ("feet", np.float32, (1, 3, len(LEGS), whole_blocks(FRAMES))),
+        ("centre", np.float32, (1, 3, whole_blocks(FRAMES))),
         ("pose", np.float32, (1, 3, FRAMES)),
         ("stance", np.uint8, (1, len(LEGS), FRAMES)),
         ("slip", np.float32, (1, FRAMES)),
@@ -115,7 +115,7 @@ def _functions() -> dict[str, Callable[[Any], None]]:
                     m.angles[0, joint, frame] = np.float32(0.0)
         legs = LegData(m.lengths, m.shares, m.hips, m.moments)
         outputs = m.feet, m.centre, m.block, m.pose, m.stance, m.slip, m.margin, m.slope
-        walk(m.angles, legs, (0.0, 0.0), *outputs)
+        walk(m.angles, legs, None, *outputs)
         motion = m.pose, m.slip, m.margin, m.slope, m.angles
         sum_frames(*motion, m.safe_margin, m.gain, m.poles, m.states, m.sums)
 
