@@ -283,9 +283,8 @@ class RunWriter:
 
     def _keeps(self, generation: Generation) -> bool:
         number, every = generation.number, self.experiment.evolution.keep_every
-        if every is not None:
-            return number % every == 0
-        return not generation.stop and number % 10 ** max(2, len(str(number)) - 1) == 0
+        found = number % (every or 10 ** max(2, len(str(number)) - 1)) == 0
+        return found and not (generation.stop and every is None)  # the checkpoint has the last
 
     @contextmanager
     def _explained(self) -> Iterator[None]:

@@ -1,6 +1,7 @@
 """Sums over the frames of a gait, for `spider-walk` and `spider-classic`; compiled code."""
 
 import math
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ STATE = np.dtype(
 )
 
 
+@cache
 def high_pass(frame_rate: float) -> tuple[float, NDArray[np.float32]]:
     """Design a fourth-order Butterworth high-pass at 5 Hz with the bilinear transform.
 
