@@ -10,24 +10,26 @@ from numba.extending import lower_builtin, register_jitable, type_callable
 
 from gaitsim.portable import scalar
 
-__all__ = ["exp", "inner", "kernel", "log", "loop", "scalar", "sin_and_cos", "tanh"]
+__all__ = ["exp", "inner", "log", "loop", "part", "scalar", "sin_and_cos", "tanh"]
 
 
-_KERNEL: dict[str, Any] = {"error_model": "numpy", "no_cfunc_wrapper": True}
-_INNER: dict[str, Any] = {**_KERNEL, "no_cpython_wrapper": True}
-PART: dict[str, Any] = {**_INNER, "forceinline": True}
-"""Options of a function that only compiled code calls. With others, its parts compile again."""
+_INNER: dict[str, Any] = {
+    "error_model": "numpy",
+    "no_cpython_wrapper": True,
+    "no_cfunc_wrapper": True,
+}
+_PART: dict[str, Any] = {**_INNER, "forceinline": True}
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-
-
-def kernel(function: _Function) -> _Function:
-    """Compile a function that Python calls."""
-    return cast(_Function, njit(nogil=True, cache=True, **_KERNEL)(function))
 
 
 def inner(function: _Function) -> _Function:
     """Compile a function that only compiled code calls, in a tenth less time than others."""
     return cast(_Function, njit(**_INNER)(function))
+
+
+def part(function: _Function) -> _Function:
+    """Compile a function that LLVM inlines, which takes less time than if Numba does."""
+    return cast(_Function, njit(**_PART)(function))
 
 
 def _instructions(function: Any, typing: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -67,12 +69,10 @@ for _function in vars(scalar).copy().values():
     _own = callable(_function) and _function.__module__ == scalar.__name__
     if _own and _function.__name__ not in globals():
         # Inlined, so that loops over them vectorise: 3 ns a sine, not 20 ns.
-        register_jitable(**PART)(_function)
+        register_jitable(**_PART)(_function)
 
 # For other compiled code.
-exp, log, sin_and_cos, tanh = (
-    njit(**PART)(getattr(scalar, name)) for name in ("exp", "log", "sin_and_cos", "tanh")
-)
+exp, log, sin_and_cos, tanh = map(part, (scalar.exp, scalar.log, scalar.sin_and_cos, scalar.tanh))
 
 
 @cache

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import LEAKY_RELU, RELU, SIGMOID, TANH, activation_with
+from gaitsim.plugin.toolkit import LEAKY_RELU, RELU, SIGMOID, TANH, activation_with, compiled
 from gaitsim_fly.course import CLIMB, COURSE, HALF_COS, HALF_SIN, SPEED, TURN, X, Y, Z, heading_of
 from gaitsim_fly.flight import (
     ALIVE,
@@ -31,7 +31,7 @@ from gaitsim_fly.options import BODY_INPUTS
 _SATURATED = 20.0  # tanh differs from 1 by less than half a unit in the last place
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def tanh(x: Any) -> Any:
     """Return the hyperbolic tangent to 1e-13.
 
@@ -70,7 +70,7 @@ def activate(code: int, x: NDArray[np.float64]) -> None:
             x[i] = _activated(LEAKY_RELU, x[i])
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def clip_to_unit(x: Any) -> Any:
     """Return x, clipped to ±1."""
     return min(max(x, -1.0), 1.0)
@@ -116,7 +116,7 @@ def _add_product(total: Buffer, weight: Buffer, value: Buffer) -> None:
         total[i] += weight[i] * value[i]
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _layer(genes: Buffer, first: int, inputs: Buffer, outputs: Buffer, code: int) -> Any:
     """Compute one layer of every lane's network; return the next layer's first gene."""
     fan_in = inputs.shape[0]
@@ -165,7 +165,7 @@ def _mirror(inputs: Buffer, mirrored: Buffer) -> None:
             mirrored[BODY_INPUTS + 3 + axis, i] = inputs[BODY_INPUTS + axis, i]
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def wing_commands(weights: Buffer, layers: Any, code: int, inputs: Buffer, outputs: Buffer) -> None:
     """Fill `outputs` with the wing commands of every lane's network, ±1 at the limits.
 
@@ -230,7 +230,7 @@ def _delay_outputs(sent: Any, frame: int, delay: float, outputs: Buffer) -> None
             outputs[output, i] = after[output, i] + share * (before[output, i] - after[output, i])
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _fill_lane(lane: int, numbers: Buffer, target: Buffer) -> None:
     """Fill a lane of `target`, (n or more, LANES); an assignment would take longer to compile."""
     for k in range(len(numbers)):

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import cos, sin
+from gaitsim.plugin.toolkit import compiled, cos, sin
 from gaitsim_fly.flight import _cos, _sin
 
 # Rows of a course: its point, m; cosine and sine of half its heading, as in a quaternion's w and z;
@@ -19,7 +19,7 @@ from gaitsim_fly.flight import _cos, _sin
 X, Y, Z, HALF_COS, HALF_SIN, SPEED, CLIMB, TURN, COURSE = range(9)
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def heading_of(half_cos: Any, half_sin: Any) -> Any:
     """Return the cosine and sine of a heading, given those of half the heading."""
     return half_cos * half_cos - half_sin * half_sin, 2.0 * half_cos * half_sin

@@ -10,6 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from gaitsim.plugin.toolkit import compiled
+
 Buffer = NDArray[np.float64]
 """(BUFFER, LANES) float64: a row for each number of a state, and a column for each lane."""
 
@@ -57,7 +59,7 @@ _C4, _C6, _C8, _C10 = 1 / 24, -1 / 720, 1 / 40320, -1 / 3628800
 _C12, _C14, _C16 = 1 / 479001600, -1 / 87178291200, 1 / 20922789888000
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _sin(x: Any) -> Any:
     """Return the sine to 1e-11 for |x| ≤ π/2; a polynomial, equal on every machine."""
     y = x * x
@@ -65,7 +67,7 @@ def _sin(x: Any) -> Any:
     return x * (1.0 + y * (_S3 + y * (_S5 + y * (_S7 + y * high))))
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _cos(x: Any) -> Any:
     """Return the cosine to 1e-12 for |x| ≤ π/2; a polynomial like `_sin`."""
     y = x * x
@@ -73,7 +75,7 @@ def _cos(x: Any) -> Any:
     return 1.0 + y * (-0.5 + y * (_C4 + y * (_C6 + y * (_C8 + y * high))))
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def wing(flap: Any, pitch: Any, sweep: Any, flapping: Any, sweeping: Any, side: Any) -> Any:
     """Return a wing's direction, normal and rate of direction in the body's frame, nine numbers.
 
@@ -96,7 +98,7 @@ def wing(flap: Any, pitch: Any, sweep: Any, flapping: Any, sweeping: Any, side: 
     )
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def rotation_matrix(w: Any, x: Any, y: Any, z: Any) -> Any:
     """Return the rotation matrix of a unit quaternion, row by row, nine numbers."""
     return (
@@ -112,7 +114,7 @@ def rotation_matrix(w: Any, x: Any, y: Any, z: Any) -> Any:
     )
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _to_world(r: Any, x: Any, y: Any, z: Any) -> Any:
     """Rotate a vector from the body's frame to the world frame."""
     return (
@@ -122,7 +124,7 @@ def _to_world(r: Any, x: Any, y: Any, z: Any) -> Any:
     )
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def spin_of(r: Any, lx: Any, ly: Any, lz: Any, c: Any) -> Any:
     """Return the angular velocity R I⁻¹ Rᵀ L of an angular momentum L, both in the world frame."""
     x = (r[0] * lx + r[3] * ly + r[6] * lz) * c[INVERSE_INERTIA_X]
@@ -131,7 +133,7 @@ def spin_of(r: Any, lx: Any, ly: Any, lz: Any, c: Any) -> Any:
     return _to_world(r, x, y, z)
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _wing_load(r: Any, v: Any, s: Any, angles: Any, rates: Any, side: Any, c: Any) -> Any:
     """Return the force on a wing and its moment about the centre of mass, in the world frame.
 
@@ -151,7 +153,7 @@ def _wing_load(r: Any, v: Any, s: Any, angles: Any, rates: Any, side: Any, c: An
     return fx, fy, fz, ay * fz - az * fy, az * fx - ax * fz, ax * fy - ay * fx
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _load(q: Any, v: Any, m: Any, left: Any, right: Any, lrate: Any, rrate: Any, c: Any) -> Any:
     """Return acceleration, torque and spin of one lane in the world frame, nine numbers."""
     r = rotation_matrix(q[0], q[1], q[2], q[3])
@@ -178,7 +180,7 @@ def _load(q: Any, v: Any, m: Any, left: Any, right: Any, lrate: Any, rrate: Any,
     )
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def _rotate_quaternion(q: Any, sx: Any, sy: Any, sz: Any, dt: Any) -> Any:
     """Rotate a unit quaternion for `dt` by a spin s in the world frame: exp(½ dt s) q."""
     x, y, z = 0.5 * dt * sx, 0.5 * dt * sy, 0.5 * dt * sz
@@ -194,7 +196,7 @@ def _rotate_quaternion(q: Any, sx: Any, sy: Any, sz: Any, dt: Any) -> Any:
     return a * n, b * n, c * n, d * n
 
 
-@njit(inline="always", error_model="numpy")
+@compiled.part
 def copy_lanes(source: Buffer, target: Buffer) -> None:
     """Fill `target`, (n, LANES), from `source`; an assignment would take longer to compile."""
     for row in range(len(target)):

@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import compiled, cos, scalar, sin
+from gaitsim.plugin.toolkit import cos, scalar, sin
 from gaitsim_spider import body
 from gaitsim_spider.damage import LegData
 
@@ -36,7 +36,7 @@ def _cos(x: Any) -> Any:
     return _ONE + y * (_C2 + y * (_C4 + y * (_C6 + y * (_C8 + y * _C10))))
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def place_feet(
     angles: NDArray[np.float32],
     legs: LegData,

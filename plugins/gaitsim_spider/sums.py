@@ -5,6 +5,7 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
 from gaitsim.plugin.toolkit import compiled, scalar_sin as sin, scalar_tan as tan
@@ -96,7 +97,7 @@ def _roughness(angles: Any, gain: float, poles: Any, state: Any) -> tuple[float,
     return gain * math.sqrt(smooth), math.sqrt(rough)
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def sum_frames(
     pose: NDArray[np.float32],
     slip: NDArray[np.float32],
@@ -149,7 +150,7 @@ def sum_frames(
         sums[individual, 6], sums[individual, 7] = vibration, jerk
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def leg_by_leg(
     feet: NDArray[np.float32],
     angles: NDArray[np.float32],

@@ -256,7 +256,7 @@ def _project_centre(block: Any) -> None:
         block.v0[n] += depth * block.lean_y[n]
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def walk(
     angles: NDArray[np.float32],
     legs: LegData | None,
@@ -361,7 +361,7 @@ def walk(
 _NUDGE = _f(1e-5)  # m
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def rest(
     angles: NDArray[np.float32],
     legs: LegData,

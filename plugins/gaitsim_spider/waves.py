@@ -4,14 +4,15 @@ from functools import cache
 from typing import Any
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 
-from gaitsim.plugin.toolkit import compiled, compiled_sin_and_cos as sin_and_cos, cos, sin
+from gaitsim.plugin.toolkit import compiled_sin_and_cos as sin_and_cos, cos, sin
 
 _SPIDERS, _JOINTS, _FRAMES = 4, 24, 20
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def recur(
     genomes: NDArray[np.float32], step_limit: Any, angle_limit: Any, angles: NDArray[np.float32]
 ) -> None:
@@ -60,7 +61,7 @@ def unit_waves(step: float, frames: int) -> tuple[NDArray[np.float32], NDArray[n
     return sine, np.array([cos(angle) for angle in angles], np.float32)
 
 
-@compiled.kernel
+@njit(nogil=True, cache=True, error_model="numpy")
 def sum_waves(
     sine: NDArray[np.float32],
     cosine: NDArray[np.float32],
