@@ -21,6 +21,7 @@ def measured(**changed):
         "torque": np.zeros((FRAMES, 2)),
         "stall_torque": np.array([2.0, 4.0]),
         "rms_torque": np.array([0.5, 1.2]),
+        "continuous_torque": np.array([0.25, 0.0]),
         "stride_frequency": np.array(0.0),
         "energy": np.zeros(FRAMES),
         "slip": np.zeros(FRAMES),
@@ -53,7 +54,10 @@ TIPPED[:, 0], TIPPED[:, 1], TIPPED[:, 2] = np.pi / 3, np.pi / 3, TIME
             {"torso": WALK, "energy": 20 * TIME, "slip": np.full(FRAMES, 0.2 / FRAMES)},
             {"cost of transport": 2.0, "mean power": 20.0, "slip ratio": 0.2},
         ),
-        ({"torque": np.outer(TIME, [0.8, 0.9])}, {"peak torque": 0.8, "RMS torque": 0.3}),
+        (
+            {"torque": np.outer(TIME, [0.8, 0.9])},
+            {"peak torque": 0.8, "RMS torque": 0.3, "heat": 2.0},
+        ),
         # Two rotations of 60° result in a tilt whose cosine is 1/4.
         ({"orientation": TIPPED}, {"tilt": np.degrees(np.arccos(0.25)), "yaw": np.degrees(2)}),
         (
