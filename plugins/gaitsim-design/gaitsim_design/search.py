@@ -2,8 +2,8 @@
 
 The last genes of a genome are factors of the body's dimensions. A run has three phases:
 
-    original: CMA-ES evolves gaits of the original  ─▶  transfer: every design tries the best of
-    them  ─▶  polish: each design tries variations of its own gait and of those of other designs
+    original: CMA-ES evolves gaits of the original  ─▶  transfer: every design tries the best
+    ─▶  polish: each design tries variations of its own gait and of those of other designs
 
 A generation holds one individual of each design in each replicate. Replicates never exchange gaits,
 so that the differences between them are the noise of the search.
