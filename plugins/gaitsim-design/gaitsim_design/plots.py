@@ -1,18 +1,14 @@
 """Plots of maps of designs: heat maps over two dimensions, or the effect of each dimension."""
 
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-
-from gaitsim.plugin import NothingToPlotError, Plot, Subject
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from gaitsim.plugin import Input
     from gaitsim.plugin.pictures import Theme
-    from gaitsim.plugin.runs import Experiment
     from gaitsim_design.maps import DesignMap
     from gaitsim_design.statistics import Floats
 
@@ -20,37 +16,6 @@ SHOWN = ("score", "speed", "cost of transport", "heat")
 CURVE = 61  # points of an effect
 FEW = 12  # levels of an axis with a label each
 RANGE = 0.05, 0.95  # quantiles of the values that span the colours
-
-
-class DesignPlot(Plot):
-    """Score, speed, cost of transport and heat of the designs of a body, with the plateau."""
-
-    title: ClassVar[str] = "Map of designs"
-    group: ClassVar[str] = "of a front or an archive"
-    input: ClassVar["Input"] = "run"
-
-    def check(self, individual: Any) -> None:
-        """Check that the run is a map of designs."""
-        _require(individual.experiment)
-
-    def draw(self, subject: Subject) -> "Figure":
-        """Return the figure."""
-        from gaitsim.plugin.pictures import PLOT_THEMES
-        from gaitsim_design.maps import DesignMap
-
-        run = subject.whole_run
-        _require(run.experiment)
-        return design_figure(DesignMap.of(run), PLOT_THEMES[self.theme])
-
-
-def _require(experiment: "Experiment") -> None:
-    """Check that an experiment is that of a map of designs."""
-    from gaitsim_design.search import Designs
-
-    if not isinstance(experiment.search, Designs):
-        raise NothingToPlotError(
-            "the run is not a map of designs", remedy="'gaitsim design BODY' computes a map"
-        )
 
 
 def design_figure(found: "DesignMap", theme: "Theme") -> "Figure":
