@@ -130,7 +130,7 @@ def _effects(found: "DesignMap", theme: "Theme") -> "Figure":
     from matplotlib.figure import Figure
 
     from gaitsim.plugin.pictures import WIDTH, add_heading, heading_of_run
-    from gaitsim_design.statistics import Surface, intervals
+    from gaitsim_design.statistics import ResponseSurface, intervals
 
     shown = [name for name in SHOWN if name in found.quantities]
     columns = len(found.names)
@@ -142,7 +142,7 @@ def _effects(found: "DesignMap", theme: "Theme") -> "Figure":
     for row, name in zip(places, shown, strict=True):
         quantity = found.quantities[name]
         means = quantity.means
-        each = [Surface.fit(found.points, one) for one in quantity.values.T]
+        each = [ResponseSurface.fit(found.points, one) for one in quantity.values.T]
         surfaces = [one for one in each if one is not None]
         span = np.quantile(means[np.isfinite(means)], RANGE)
         for index, axes in enumerate(row):

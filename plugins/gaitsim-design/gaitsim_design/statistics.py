@@ -152,7 +152,7 @@ def plateau(values: Floats) -> NDArray[np.bool_]:
 
 
 @dataclass(frozen=True, eq=False)
-class Surface:
+class ResponseSurface:
     """A quadratic response surface (Box and Wilson 1951), fitted by least squares.
 
     Attributes:
@@ -167,7 +167,7 @@ class Surface:
     dimensions: int
 
     @classmethod
-    def fit(cls, points: Floats, values: Floats) -> "Surface | None":
+    def fit(cls, points: Floats, values: Floats) -> "ResponseSurface | None":
         """Return the surface of values; None for too few designs or without any differences.
 
         Args:
@@ -234,8 +234,8 @@ def shares(points: Floats, values: Floats) -> tuple[Floats, Floats, float]:
         points: designs, (designs, dimensions), scaled to −1 to 1.
         values: values, (designs, replicates).
     """
-    found = Surface.fit(points, values.mean(axis=1))
-    each = [Surface.fit(points, column) for column in values.T]
+    found = ResponseSurface.fit(points, values.mean(axis=1))
+    each = [ResponseSurface.fit(points, column) for column in values.T]
     apart = [one.shares for one in each if one is not None]
     if found is None or not apart:
         nothing = np.full(points.shape[1], np.nan)

@@ -4,7 +4,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gaitsim_design.statistics import Noise, Surface, differences, intervals, plateau, shares
+from gaitsim_design.statistics import (
+    Noise,
+    ResponseSurface,
+    differences,
+    intervals,
+    plateau,
+    shares,
+)
 
 
 def values(designs, replicates, spread=1.0, seed=0):
@@ -92,7 +99,7 @@ def test_r_squared_is_that_of_least_squares_and_effects_are_means():
     points = rng.uniform(-1, 1, (200, 1))
     found = 2 * points[:, 0] + rng.normal(0, 1, 200)
     found[0] = np.nan
-    surface = Surface.fit(points, found)
+    surface = ResponseSurface.fit(points, found)
     coefficients = np.polyfit(points[1:, 0], found[1:], 2)
     rest = found[1:] - np.polyval(coefficients, points[1:, 0])
     assert surface.r_squared == pytest.approx(1 - rest.var() / found[1:].var())
@@ -104,4 +111,4 @@ def test_r_squared_is_that_of_least_squares_and_effects_are_means():
 def test_too_few_or_equal_designs_have_no_surface(count):
     points = np.random.default_rng(0).uniform(-1, 1, (count, 2))
     assert np.isnan(shares(points, values(count, 2))[0]).all()
-    assert Surface.fit(np.linspace(-1, 1, 9)[:, None], np.ones(9)) is None
+    assert ResponseSurface.fit(np.linspace(-1, 1, 9)[:, None], np.ones(9)) is None

@@ -50,7 +50,7 @@ INSECT = {1: ("leg",), 2: ("femur", "tibia"), 3: ("coxa", "femur", "tibia")}
 
 
 @dataclass(frozen=True, eq=False)
-class Design:
+class DesignedRobot:
     """A robot with other dimensions.
 
     Attributes:
@@ -139,9 +139,9 @@ class DesignSpace:
         self._middle = (hips.max(axis=0) + hips.min(axis=0)) / 2 if len(hips) else np.zeros(3)
         self._trunk = Stretch(trunk.name, self._middle, self._forward, math.inf)
         self.dimensions = {} if self._closed else dict(self._find_dimensions(hips, torque))
-        self._known: dict[Factors, Design] = {}
+        self._known: dict[Factors, DesignedRobot] = {}
 
-    def designs(self, factors: Sequence[Factors]) -> list[Design]:
+    def designs(self, factors: Sequence[Factors]) -> list[DesignedRobot]:
         """Return the designs with given factors; the last ones are remembered."""
         new = [one for one in dict.fromkeys(factors) if one not in self._known]
         found = dict(zip(new, self._new(list(map(dict, new))), strict=True)) if new else {}
@@ -160,7 +160,7 @@ class DesignSpace:
             return f"no dimension {name!r}: these joints are in one place: {joints}"
         return ""
 
-    def _new(self, factors: Sequence[Mapping[str, float]]) -> list[Design]:
+    def _new(self, factors: Sequence[Mapping[str, float]]) -> list[DesignedRobot]:
         """Return the designs with given factors by dimension; others are 1."""
         roots = [self._edited(one) for one in factors]
         for root in roots:
@@ -418,7 +418,7 @@ class DesignSpace:
 
     def _stand(
         self, roots: Sequence[Element], factors: Sequence[Mapping[str, float]]
-    ) -> list[Design]:
+    ) -> list[DesignedRobot]:
         """Return designs with their standing poses."""
         import mujoco
 
@@ -444,7 +444,7 @@ class DesignSpace:
             numbers = " ".join(map(repr, pose.tolist()))
             key = f'<keyframe><key name="stand" qpos="{numbers}"/></keyframe></mujoco>'
             text = text.removesuffix("</mujoco>") + key  # noqa: PLW2901
-            found.append(Design(text, replace(anatomies[number], stance=pose), problem))
+            found.append(DesignedRobot(text, replace(anatomies[number], stance=pose), problem))
         return found
 
     def _measured(self, factors: Mapping[str, float], mass: float) -> Anatomy:

@@ -63,7 +63,7 @@ from gaitsim.plugin.toolkit import (
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.chain import pose_data, sliding
 from gaitsim_robot.conditions import robot_conditions
-from gaitsim_robot.designs import Design, DesignSpace, Factors
+from gaitsim_robot.designs import DesignedRobot, DesignSpace, Factors
 from gaitsim_robot.drives import (
     CALIBRATION_TIME,
     Pushes,
@@ -477,7 +477,7 @@ class Robot(Organism):
         return tuple(sorted(self.dimensions.items()))
 
     @property
-    def _design(self) -> Design:
+    def _design(self) -> DesignedRobot:
         return self._designs.designs([self._factors])[0]
 
     @property
