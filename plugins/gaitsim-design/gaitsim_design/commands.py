@@ -159,12 +159,12 @@ class Design(Action):
         """Create the run, and print how long it will take."""
         from gaitsim.plugin.commands import notice
         from gaitsim.plugin.runs import RunSnapshot, parse_assignments
-        from gaitsim_design.creating import Plan, expected_seconds
+        from gaitsim_design.creating import MapPlan, expected_seconds
 
         seed = {} if self.seed is None else {"seed": self.seed}
         names = "levels", "sample", "replicates", "original", "polish", "speed"
         given: dict[str, Any] = {name: getattr(self, name) for name in names}
-        plan = Plan(self.dimensions or {}, start=self.from_ or (), **given)
+        plan = MapPlan(self.dimensions or {}, start=self.from_ or (), **given)
         path = plan.create(self.body, {**parse_assignments(self.set_ or ()), **seed}, self.out)
         run = RunSnapshot(path)
         seconds, evolution = expected_seconds(run, self.workers), run.experiment.evolution

@@ -43,7 +43,7 @@ TIMED = 8  # individuals whose evaluation is timed
 
 
 @dataclass(frozen=True)
-class Plan:
+class MapPlan:
     """How a map of designs is computed.
 
     Attributes:
@@ -241,7 +241,7 @@ def design(
         GaitsimError: the body lacks the dimensions, or an argument is invalid.
         RunError: the run is not a map of designs, or cannot be read or written.
     """
-    known = [one.name for one in fields(Plan)]
+    known = [one.name for one in fields(MapPlan)]
     for name in settings:
         if name not in known:
             raise unknown("argument of design()", name, known)
@@ -250,7 +250,7 @@ def design(
         ranges = dimensions if isinstance(dimensions, Mapping) else dict.fromkeys(dimensions)
         given = {**(set or {}), **({} if seed is None else {"seed": seed})}
         folder = None if out is None else Path(out)
-        run = RunSnapshot(Plan(ranges, **settings).create(str(body), given, folder, ARGUMENTS))
+        run = RunSnapshot(MapPlan(ranges, **settings).create(str(body), given, folder, ARGUMENTS))
     with Run(run.path).resume(workers=workers) as search:
         for generation in search:
             on_generation(generation.number)

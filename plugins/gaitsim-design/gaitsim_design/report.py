@@ -14,7 +14,7 @@ from gaitsim.plugin.commands import as_json, output, print_table
 from gaitsim.plugin.pictures import number
 from gaitsim.plugin.runs import command, exports_folder, write_bytes
 from gaitsim_design.maps import COST, HEAT, SPEED, DesignMap
-from gaitsim_design.statistics import Noise, shares
+from gaitsim_design.statistics import SearchNoise, shares
 
 JSON, CSV = "results.json", "designs.csv"
 MARKS = {1: " ▲", -1: " ▼", 0: ""}  # of differences from the original
@@ -70,7 +70,7 @@ def to_dict(found: DesignMap) -> dict[str, Any]:
             "mean": quantity.means.tolist(),
             "half_width": quantity.half_widths.tolist(),
             "vs_original": quantity.differs.tolist(),
-            "noise": Noise.of(quantity.values).deviations.tolist(),
+            "noise": SearchNoise.of(quantity.values).deviations.tolist(),
             "variance_explained": dict(zip(found.names, share.tolist(), strict=True)),
             "variance_range": dict(zip(found.names, ends.T.tolist(), strict=True)),
             "r_squared": r_squared,
@@ -171,7 +171,7 @@ def _plateau_lines(found: DesignMap) -> list[str]:
     where = "on it" if on[original] else "below it"
     score = found.quantities["score"]
     differs = score.differs
-    low, middle, high = np.nanquantile(Noise.of(score.values).deviations, [0, 0.5, 1])
+    low, middle, high = np.nanquantile(SearchNoise.of(score.values).deviations, [0, 0.5, 1])
     lines = [
         f"Plateau: the scores of {int(on.sum())} of {len(on)} designs cannot be distinguished from "
         f"the best: {ends}. The original is {where}.",

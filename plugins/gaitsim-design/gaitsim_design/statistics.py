@@ -31,7 +31,7 @@ def intervals(values: Floats) -> tuple[Floats, Floats]:
 
 
 @dataclass(frozen=True, eq=False)
-class Noise:
+class SearchNoise:
     """The noise of a search: what remains of values after means of designs and of replicates.
 
     Three replicates say little about the noise of one design, and designs differ: some fall now and
@@ -49,7 +49,7 @@ class Noise:
     replicates: int
 
     @classmethod
-    def of(cls, values: Floats) -> "Noise":
+    def of(cls, values: Floats) -> "SearchNoise":
         """Return the noise of values, (designs, replicates), in a randomised block design.
 
         A replicate is a block (Fisher 1935, "The Design of Experiments"): its gaits come from the
@@ -125,7 +125,7 @@ def differences(values: Floats, reference: int) -> NDArray[np.int64]:
     """
     means, found = values.mean(axis=1), np.zeros(len(values), np.int64)
     others = np.arange(len(values)) != reference
-    differ = _differ(Noise.of(values).p_values(means)[reference, others])
+    differ = _differ(SearchNoise.of(values).p_values(means)[reference, others])
     found[others] = np.where(differ, np.sign(means[others] - means[reference]), 0)
     return found
 
@@ -141,7 +141,7 @@ def plateau(values: Floats) -> NDArray[np.bool_]:
     """
     means = np.where(np.isfinite(values).all(axis=1), values.mean(axis=1), -np.inf)
     found, best = np.isfinite(means), int(means.argmax())
-    noise = Noise.of(values)
+    noise = SearchNoise.of(values)
     if not noise.freedom:
         return np.asarray(np.arange(len(means)) == best)
     p_values = noise.p_values(values.mean(axis=1))

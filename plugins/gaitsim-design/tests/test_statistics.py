@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from gaitsim_design.statistics import (
-    Noise,
     ResponseSurface,
+    SearchNoise,
     differences,
     intervals,
     plateau,
@@ -30,7 +30,7 @@ def test_intervals_are_students():
 def test_for_two_designs_the_test_is_the_paired_t_test():
     found = values(2, 6)
     found[1] += 0.7
-    noise = Noise.of(found)
+    noise = SearchNoise.of(found)
     assert noise.freedom == 5
     p_value = noise.p_values(found.mean(axis=1))[0, 1]
     assert p_value == pytest.approx(stats.ttest_rel(found[1], found[0]).pvalue)
@@ -39,16 +39,16 @@ def test_for_two_designs_the_test_is_the_paired_t_test():
 def test_equal_designs_share_their_noise_and_unequal_ones_keep_their_own():
     found = values(40, 3, spread=0.3)
     moved = found + 100 * np.arange(40)[:, None]
-    noise = Noise.of(moved)
-    np.testing.assert_allclose(noise.deviations, Noise.of(found).deviations)
+    noise = SearchNoise.of(moved)
+    np.testing.assert_allclose(noise.deviations, SearchNoise.of(found).deviations)
     assert np.ptp(noise.deviations) < 0.5 * np.ptp(found.std(axis=1, ddof=1))
     assert noise.deviations.mean() == pytest.approx(0.3, rel=0.25)
-    with_failure = Noise.of(np.vstack([found, np.full((1, 3), np.nan)]))
+    with_failure = SearchNoise.of(np.vstack([found, np.full((1, 3), np.nan)]))
     np.testing.assert_allclose(with_failure.deviations[:-1], noise.deviations)
     assert np.isnan(with_failure.deviations[-1])
     rng = np.random.default_rng(0)
     spreads = np.exp(rng.normal(0, 1.5, (200, 1)))
-    noise = Noise.of(rng.normal(0, spreads, (200, 3)))
+    noise = SearchNoise.of(rng.normal(0, spreads, (200, 3)))
     assert stats.spearmanr(noise.deviations, spreads[:, 0]).statistic > 0.6
     assert 2 < noise.freedom < 6
 
