@@ -504,13 +504,12 @@ class Robot(Organism):
             return self._fleet[1]
         return self._simulation(self._damage, self.world, self.horns)
 
-    def _population(self, bodies: Sequence["Robot"]) -> "Robot":
+    def _population(self, bodies: Sequence[tuple[Encoding, Simulation]]) -> Self:
         """Return this robot with a body of its own for each individual of a population."""
-        encoding, simulation = self._encoding, self.simulation
-        pairs = [(body._encoding, body.simulation) for body in bodies]
-        encodings, simulations = zip(*pairs, strict=True)
+        encodings, simulations = zip(*bodies, strict=True)
         found = self.model_copy()
-        found._fleet = replace(encoding, bodies=encodings), simulation.of_bodies(simulations)
+        encoding = replace(self._encoding, bodies=encodings)
+        found._fleet = encoding, self.simulation.of_bodies(simulations)
         return found
 
     def _simulation(
@@ -664,17 +663,21 @@ class Robot(Organism):
         bodies = [self.embody(genome)[0] for genome in genomes]
         self._designs.designs([body._factors for body in bodies])  # all at once
         bare = self.model_copy(update={"evolve": self._evolving[1], "ranges": {}})
-        failures = {}
+        standing, failures, pairs = bare.simulation.stands, {}, []
         for index, body in enumerate(bodies):
             problem = body._design.problem
-            if not problem and bare.simulation.stands and not body.simulation.stands:
+            # In this order, the simulation of the intact robot is compiled once: caches are small.
+            pair = (bare if problem else body)._encoding, (bare if problem else body).simulation
+            if standing and not pair[1].stands:
                 problem = "it falls while it stands"
+                pair = bare._encoding, bare.simulation
             if problem:
                 failures[index] = f"the robot with these dimensions does not stand: {problem}"
                 bodies[index] = bare
+            pairs.append(pair)
         genes = genomes[:, : -len(names)]
         if self.engine == MUJOCO:
-            moved = bare._population(bodies).move(genes)
+            moved = bare._population(pairs).move(genes)
         else:  # other engines simulate individuals one after another, in any case
             single = [body.move(gene[None]) for body, gene in zip(bodies, genes, strict=True)]
             joined = {name: np.concatenate([one[name] for one in single]) for name in single[0]}
