@@ -61,7 +61,7 @@ class Quantity:
 
     @cached_property
     def differs(self) -> NDArray[np.int64]:
-        """Which designs are above (1) or below (−1) the original beyond the noise, (designs,)."""
+        """Whether designs are above (1) or below (−1) the original beyond the noise, (designs,)."""
         return differences(self.values, self.original)
 
     @property
@@ -216,7 +216,7 @@ class DesignMap:
 
     @cached_property
     def plateau(self) -> NDArray[np.bool_]:
-        """Which designs cannot be distinguished from the best by their scores, (designs,)."""
+        """The designs that cannot be distinguished from the best by their scores, (designs,)."""
         return plateau(self.quantities["score"].values)
 
     @cached_property
@@ -253,7 +253,7 @@ class DesignMap:
 
     @cached_property
     def chosen(self) -> Mapping[str, int]:
-        """Designs to look at, by what they are: the original, the best, the least cost and heat."""
+        """Designs to look at, by their roles: the original, the best, the least cost and heat."""
         wanted = {"original": self.original, "best score": self.best}
         for name, quantity in self.quantities.items():
             if not quantity.higher and name != PEAK:

@@ -33,7 +33,7 @@ def check_robot(individual: Individual, format: str) -> str:
 
 
 def export_robot(individual: Individual, format: str, path: Path) -> Exported:
-    """Write the body of an individual; the meshes of a URDF stand in a folder beside it."""
+    """Write the body of an individual; the meshes of a URDF are in a folder beside it."""
     text, body, meshes = check_robot(individual, format), individual.body, {}
     notices: tuple[str, ...] = ()
     if isinstance(body, Robot):

@@ -32,7 +32,7 @@ from gaitsim_robot.text import WHERE, compile_model
 SHORTEST = 0.05  # share of a leg's length; shorter segments are joints in one place
 PARALLEL = 0.99  # smallest cosine of the angle between axes that count as parallel
 ALIGNED = 0.7  # smallest cosine of the angle between the axis of a shape and a stretch along it
-ROUND = 0.2  # share of its radius by which the contact may be off the surface of a ball
+ROUND = 0.2  # share of its radius, largest distance of the contact from the surface of a ball
 VERTICAL = 0.7  # smallest vertical component of the first axis of an insect's leg
 LIGHTEST = 0.5  # share of its mass that a link keeps with smaller servos
 NEAR = 0.01  # × length of the trunk; links this close in the standing pose never collide
