@@ -14,6 +14,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from threading import Lock
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement, tostring
 
@@ -26,6 +27,7 @@ from gaitsim_robot.chain import pose_data, stacked
 from gaitsim_robot.linkage import Linkage, standing_chains
 from gaitsim_robot.markup import parse
 from gaitsim_robot.shapes import surfaces
+from gaitsim_robot.simulation import NEAR, near_links, touching_links
 from gaitsim_robot.standing import UNEVEN
 from gaitsim_robot.text import WHERE, compile_model
 
@@ -35,7 +37,6 @@ ALIGNED = 0.7  # smallest cosine of the angle between the axis of a shape and a 
 ROUND = 0.2  # share of its radius, largest distance of the contact from the surface of a ball
 VERTICAL = 0.7  # smallest vertical component of the first axis of an insect's leg
 LIGHTEST = 0.5  # share of its mass that a link keeps with smaller servos
-NEAR = 0.01  # × length of the trunk; links this close in the standing pose never collide
 ITERATIONS = (20, 6, 6)  # of the inverse kinematics, after each move below the centre of mass
 MASS_PER_TORQUE = float(np.median([one.mass / one.stall_torque for one in SERVOS.values()]))
 """Mass of a servo that is not in the table per stall torque, kg/(N m): the table's median."""
@@ -140,16 +141,21 @@ class DesignSpace:
         self._trunk = Stretch(trunk.name, self._middle, self._forward, math.inf)
         self.dimensions = {} if self._closed else dict(self._find_dimensions(hips, torque))
         self._known: dict[Factors, DesignedRobot] = {}
+        self._lock = Lock()  # parts of a population are evaluated in threads
 
     def designs(self, factors: Sequence[Factors]) -> list[DesignedRobot]:
         """Return the designs with given factors; the last ones are remembered."""
-        new = [one for one in dict.fromkeys(factors) if one not in self._known]
-        found = dict(zip(new, self._new(list(map(dict, new))), strict=True)) if new else {}
-        designs = [found.get(one) or self._known[one] for one in factors]
-        self._known = {**self._known, **found}
-        while len(self._known) > REMEMBERED:
-            self._known.pop(next(iter(self._known)))
-        return designs
+        with self._lock:
+            known = {one: self._known[one] for one in factors if one in self._known}
+        new = [one for one in dict.fromkeys(factors) if one not in known]
+        if new:
+            found = dict(zip(new, self._new(list(map(dict, new))), strict=True))
+            known |= found
+            with self._lock:
+                self._known |= found
+                while len(self._known) > REMEMBERED:
+                    self._known.pop(next(iter(self._known)))
+        return [known[one] for one in factors]
 
     def missing(self, name: str) -> str:
         """Return why the robot has no such dimension although it might have one, or ''."""
@@ -186,13 +192,10 @@ class DesignSpace:
         found = set()
         for design, root in zip(self._stand(roots, ends), roots, strict=True):
             spec = mujoco.MjSpec.from_string(tostring(root, "unicode"))
-            for geom in spec.geoms:
-                geom.margin = NEAR * self.anatomy.length
-            model = spec.compile()
-            for first, second in _touching(model, pose_data(model, design.anatomy.stance)):
-                one, other = (self._leg_of(body) for body in (first, second))
+            for pair in near_links(spec, design.anatomy.stance, NEAR * self.anatomy.length):
+                one, other = (self._leg_of(body) for body in pair)
                 if one == other or "" in (one, other):
-                    found.add(frozenset({model.body(first).name, model.body(second).name}))
+                    found.add(frozenset(self._model.body(body).name for body in pair))
         pairs = [(min(pair), max(pair)) for pair in found - given if len(pair) == 2]
         return sorted(pairs)
 
@@ -437,6 +440,7 @@ class DesignSpace:
             data.qpos[:] = pose
             mujoco.mj_kinematics(model, data)
             pose[2] -= _lowest(model, data)
+            mujoco.mj_comPos(model, data)
             problem = self._collision(model, data)
             if away[number, lost] > UNEVEN:
                 leg = self.anatomy.legs[lost].name
@@ -510,25 +514,15 @@ class DesignSpace:
     @cached_property
     def _meeting(self) -> set[tuple[int, int]]:
         """The pairs of links that touch in the original's standing pose."""
-        return _touching(self._model, self._data)
+        return touching_links(self._model, self._data)
 
     def _collision(self, model: Any, data: Any) -> str:
         """Return which legs meet in the pose of `data`, unless the original's do, or ''."""
-        for first, second in sorted(_touching(model, data) - self._meeting):
+        for first, second in sorted(touching_links(model, data) - self._meeting):
             one, other = sorted((self._leg_of(first), self._leg_of(second)))
             if one and one != other:
                 return f"its legs {one} and {other} collide in the standing pose"
         return ""
-
-
-def _touching(model: Any, data: Any) -> set[tuple[int, int]]:
-    """Return the pairs of links that touch in the pose of `data`."""
-    import mujoco
-
-    mujoco.mj_comPos(model, data)
-    mujoco.mj_collision(model, data)
-    pairs = [model.geom_bodyid[[one.geom1, one.geom2]].tolist() for one in data.contact]
-    return {(min(pair), max(pair)) for pair in pairs}
 
 
 def _lowest(model: Any, data: Any) -> float:

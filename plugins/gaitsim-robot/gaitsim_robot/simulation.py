@@ -373,16 +373,24 @@ def _exclude_overlaps(spec: Any, anatomy: Anatomy) -> None:
 
     Real parts cannot overlap, but their hulls can, such as the hulls of a thigh and the trunk.
     """
-    import mujoco
+    bodies = [body.name for body in spec.bodies]
+    for first, second in sorted(near_links(spec, anatomy.stance, NEAR * anatomy.length)):
+        spec.add_exclude(bodyname1=bodies[first], bodyname2=bodies[second])
 
+
+def near_links(spec: Any, pose: Floats, margin: float) -> set[tuple[int, int]]:
+    """Return the pairs of links of a specification that are within a margin, m, in a pose."""
     near = spec.copy()
     for geom in near.geoms:
-        geom.margin = NEAR * anatomy.length
+        geom.margin = margin
     model = near.compile()
-    data = pose_data(model, anatomy.stance)
+    return touching_links(model, pose_data(model, pose))
+
+
+def touching_links(model: Any, data: Any) -> set[tuple[int, int]]:
+    """Return the pairs of links that touch in the pose of `data`, with its centres of mass."""
+    import mujoco
+
     mujoco.mj_collision(model, data)
-    pairs = {
-        tuple(sorted(model.geom_bodyid[[contact.geom1, contact.geom2]])) for contact in data.contact
-    }
-    for first, second in sorted(pairs):
-        spec.add_exclude(bodyname1=model.body(first).name, bodyname2=model.body(second).name)
+    pairs = [model.geom_bodyid[[one.geom1, one.geom2]].tolist() for one in data.contact]
+    return {(min(pair), max(pair)) for pair in pairs}
