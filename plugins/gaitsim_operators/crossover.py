@@ -215,6 +215,7 @@ class NoCrossover(Crossover):
     """
 
     portable: ClassVar[bool] = True
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (GenomeSpace,)
     pair_probability: ClassVar[float] = 1.0  # type: ignore[misc]  # not an option of this class
 
     def cross(

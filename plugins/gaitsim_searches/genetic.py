@@ -29,6 +29,7 @@ class Genetic(Search):
     portable: ClassVar[bool] = True
     operators: ClassVar[tuple[str, ...]] = ("selection", "crossover", "mutation")
     several: ClassVar[bool] = True
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (GenomeSpace,)
 
     def objection(self, space: GenomeSpace, population: int) -> str:
         """Return why the population has no room for the elites, or ''."""

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,6 +70,14 @@ _MOST_BYTES = 64_000_000
 _FARTHEST = 1e100  # largest end of an axis, so that differences are finite
 
 
+class _VaryingOperators:
+    """The operators of a MAP-Elites search; the class itself shows all that it may use."""
+
+    def __get__(self, search: "MapElites | None", owner: type) -> tuple[str, ...]:
+        unused = search is not None and search.variation != "operators"
+        return () if unused else ("crossover", "mutation")
+
+
 class MapElites(Search):
     """Keeps the best genome found in each cell of a space of measures.
 
@@ -90,8 +98,10 @@ class MapElites(Search):
         "number of Voronoi cells, or several numbers: the number of cells along each axis of a "
         "grid",
     )
-    variation: Literal["isotropic", "line", "cma-me", "cma-mae"] = option(
-        "line", "method that creates new genomes from elites"
+    variation: Literal["isotropic", "line", "cma-me", "cma-mae", "operators"] = option(
+        "line",
+        "method that creates new genomes from elites; 'operators' uses the experiment's crossover "
+        "and mutation, for genomes of any kind",
     )
     sigma: float = option(
         0.03,
@@ -133,7 +143,8 @@ class MapElites(Search):
     )
 
     portable: ClassVar[bool] = True
-    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (RealSpace, BitSpace)
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (GenomeSpace,)
+    operators: ClassVar[Any] = _VaryingOperators()
     keeps: ClassVar[Literal["", "front", "archive"]] = "archive"
 
     @model_validator(mode="after")
@@ -164,7 +175,14 @@ class MapElites(Search):
         return self
 
     def objection(self, space: GenomeSpace, population: int) -> str:
-        """Return why the emitters do not support these genes or this population, or ''."""
+        """Return why the variation does not support these genes or this population, or ''."""
+        if self.variation == "operators":
+            return ""
+        if not isinstance(space, RealSpace | BitSpace):
+            return (
+                f"the variation {self.variation!r} supports only real genes and bits, not genes of "
+                f"the kind {space.name!r}; use 'operators'"
+            )
         if not self._emits:
             return ""
         if not isinstance(space, RealSpace):
@@ -226,8 +244,8 @@ class MapElites(Search):
             )
         else:
             elites = self._origins(archive, context.population, context)
-            line = self.variation == "line"
-            others = self._origins(archive, context.population, context) if line else elites
+            pairs = self.variation in ("line", "operators")
+            others = self._origins(archive, context.population, context) if pairs else elites
             genomes = self._varied(elites, others, context)
         return context.repair(genomes), state
 
@@ -334,6 +352,11 @@ class MapElites(Search):
     def _varied(self, elites: Genomes, others: Genomes, context: Context) -> Genomes:
         """Return variations of elites, (count, genes), along the line to others if so chosen."""
         line = self.variation == "line"
+        if context.operators is not None:
+            pairs = np.stack([np.arange(len(elites)), len(elites) + np.arange(len(elites))], axis=1)
+            both = np.concatenate([elites, others])
+            children = context.operators.cross(both, pairs, len(elites))
+            return context.operators.mutate(children)
         if isinstance(context.space, RealSpace):
             changed = mutate_all_genes(elites, context.space, self.sigma, context.rng)
             if not line:

@@ -2,7 +2,7 @@
 
 from typing import ClassVar, Literal
 
-from gaitsim.plugin import Context, Genomes, Results, Search, State, option
+from gaitsim.plugin import Context, Genomes, GenomeSpace, Results, Search, State, option
 
 
 class RandomSearch(Search):
@@ -17,6 +17,7 @@ class RandomSearch(Search):
 
     portable: ClassVar[bool] = True
     several: ClassVar[bool] = True
+    spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (GenomeSpace,)
 
     def ask(self, state: State, last: Results | None, context: Context) -> tuple[Genomes, State]:
         """Return random genomes; with a warm start, the very first are its genomes."""

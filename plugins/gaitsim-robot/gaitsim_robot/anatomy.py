@@ -59,6 +59,8 @@ class Anatomy:
         doubt: question whether limbs that were not taken for legs are legs, or ''.
         guessed_facing: direction of the nose if only the shape of the robot indicates it; else ''.
         searched: whether the standing pose was searched for.
+        crawls: whether the body may lie, tilt, and touch the ground with its trunk, so that only an
+            unstable simulation ends a rollout.
     """
 
     legs: tuple[Leg, ...]
@@ -76,6 +78,7 @@ class Anatomy:
     doubt: str = ""
     guessed_facing: str = ""
     searched: bool = False
+    crawls: bool = False
 
     @property
     def joints(self) -> tuple[str, ...]:

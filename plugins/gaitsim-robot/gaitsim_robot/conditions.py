@@ -21,6 +21,7 @@ from gaitsim_robot.shapes import surfaces
 from gaitsim_robot.simulation import FRAME_RATE, Simulation, settle
 from gaitsim_robot.terrain import UNEVEN, raise_ground
 
+LATE = 0.03  # s, latency of a slow servo and its controller
 WEAKEST = 0.05  # smallest scale factor of torque or speed; weaker servos count as damage
 
 
@@ -35,6 +36,22 @@ def robot_conditions(friction: float, latency: float) -> Mapping[str, Condition]
     for name in ("servo_torque", "servo_speed"):
         found[name] = replace(found[name], least=WEAKEST)
     return found
+
+
+def robot_checks(latency: float) -> tuple[Mapping[str, float], ...]:
+    """Return worlds with softer contacts, other friction, later, softer and stiffer servos.
+
+    Args:
+        latency: nominal latency of the servos, s.
+    """
+    return (
+        {"grip": 1.0},
+        {"friction": 0.4},
+        {"friction": 1.1},
+        {"latency": 0.0 if latency >= LATE else LATE},
+        {"servo_stiffness": 0.7},
+        {"servo_stiffness": 2.0},
+    )
 
 
 def apply_world(
@@ -86,7 +103,7 @@ def apply_world(
     offset += 0.0 if horns is None else horns
     rest, joints = simulation.rest.copy(), simulation.ctrl
     rest[joints] = np.clip(rest[joints] + offset, *model.actuator_ctrlrange[joints].T)
-    start, stands, effort = settle(model, anatomy.stance, rest, simulation.belly, simulation.height)
+    start, stands, effort = settle(model, anatomy, rest, simulation.belly, simulation.height)
     found = replace(
         simulation,
         model=model,

@@ -49,14 +49,39 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
 
     Means over time end at the fall.
     """
+    upright = np.arange(motion["height"].shape[1])
+    upright = upright <= np.round(motion["lasted"] * motion.frame_rate)[:, None]
+    roll, pitch, yaw = np.moveaxis(motion["orientation"], -1, 0)
+    tilt = arccos(np.clip(cos(roll) * cos(pitch), -1.0, 1.0))
+    return {
+        **travel_measures(motion),
+        **stepping_measures(
+            motion["stance"],
+            [leg.name for leg in legs],
+            motion.frame_rate,
+            sides=[[leg.name for leg in legs if leg.side == side] for side in get_args(Side)],
+            upright=upright.sum(axis=1),
+            commanded=motion[STRIDE_FREQUENCY],
+        ),
+        BODY_HEIGHT: Measure(
+            _mean(motion["height"], upright), "m", "mean height of the trunk's origin above ground"
+        ),
+        "tilt": Measure(
+            np.degrees(np.where(upright, tilt, 0.0).max(axis=1)),
+            "°",
+            "largest angle between the trunk and upright",
+        ),
+        "yaw": Measure(np.degrees(yaw[:, -1] - yaw[:, 0]), "°", "turn to the left at the end"),
+    }
+
+
+def travel_measures(motion: Motion) -> dict[str, Measure]:
+    """Return displacement, speed, duration, effort and slip of any body on the ground."""
     moved = motion["torso"][:, -1] - motion["torso"][:, 0]
     displacement = norm(moved[:, :2])
     steps = np.diff(motion["torso"][..., :2], axis=1)
     path = total(norm(steps))
     lasted, energy = motion["lasted"], motion["energy"][:, -1]
-    upright = np.arange(motion["height"].shape[1]) <= np.round(lasted * motion.frame_rate)[:, None]
-    roll, pitch, yaw = np.moveaxis(motion["orientation"], -1, 0)
-    tilt = arccos(np.clip(cos(roll) * cos(pitch), -1.0, 1.0))
     torque = motion["torque"].max(axis=1)
     return {
         "forward": Measure(moved[:, 0], "m", "displacement of the trunk along x"),
@@ -101,23 +126,6 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
             "",
             "slide of the stance feet divided by the trunk's path",
         ),
-        **stepping_measures(
-            motion["stance"],
-            [leg.name for leg in legs],
-            motion.frame_rate,
-            sides=[[leg.name for leg in legs if leg.side == side] for side in get_args(Side)],
-            upright=upright.sum(axis=1),
-            commanded=motion[STRIDE_FREQUENCY],
-        ),
-        BODY_HEIGHT: Measure(
-            _mean(motion["height"], upright), "m", "mean height of the trunk's origin above ground"
-        ),
-        "tilt": Measure(
-            np.degrees(np.where(upright, tilt, 0.0).max(axis=1)),
-            "°",
-            "largest angle between the trunk and upright",
-        ),
-        "yaw": Measure(np.degrees(yaw[:, -1] - yaw[:, 0]), "°", "turn to the left at the end"),
     }
 
 

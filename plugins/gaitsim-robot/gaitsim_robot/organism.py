@@ -62,7 +62,7 @@ from gaitsim.plugin.toolkit import (
 )
 from gaitsim_robot.anatomy import Anatomy, Facing
 from gaitsim_robot.chain import pose_data, sliding
-from gaitsim_robot.conditions import robot_conditions
+from gaitsim_robot.conditions import robot_checks, robot_conditions
 from gaitsim_robot.designs import DesignedRobot, DesignSpace, Factors
 from gaitsim_robot.drives import (
     CALIBRATION_TIME,
@@ -110,7 +110,6 @@ XYZ = ("x", "y", "z")
 FASTEST = 5.0  # Hz
 Share = Annotated[float, Field(ge=0.05, le=20)]
 HORNS = 2.0  # °, standard deviation of the errors with which servo horns are mounted
-LATE = 0.03  # s, latency of a slow servo and its controller
 
 CHANNELS: Mapping[str, Channel] = {
     "joint_angles": Channel(
@@ -207,6 +206,19 @@ class _Channels:
 
 MUJOCO = "mujoco"
 """The engine of robots; packages add others."""
+
+
+def physics(engine: str) -> Any:
+    """Return the module of an engine, with `roll_out` and `feel_out` as in `gaitsim_robot.rollout`.
+
+    Raises:
+        GaitsimError: the engine is not installed.
+    """
+    if engine == MUJOCO:
+        from gaitsim_robot import rollout
+
+        return rollout
+    return load_engine(engine, MUJOCO)
 
 
 class Robot(Organism):
@@ -798,16 +810,12 @@ class Robot(Organism):
 
     @property
     def _physics(self) -> Any:
-        """The module of the engine, with `roll_out` and `feel_out` as in `gaitsim_robot.rollout`.
+        """The module of the engine.
 
         Raises:
             GaitsimError: the engine is not installed.
         """
-        if self.engine == MUJOCO:
-            from gaitsim_robot import rollout
-
-            return rollout
-        return load_engine(self.engine, MUJOCO)
+        return physics(self.engine)
 
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the leg joints as in the file, leg by leg."""
@@ -887,17 +895,8 @@ class Robot(Organism):
         A robot with reflexes must also walk with errors of its servo horns, which turn every gait
         without reflexes off its course.
         """
-        late = 0.0 if servo_latency(self._servo) >= LATE else LATE
         horns = ({"joint_offset": HORNS},) if self.reflexes else ()
-        return (
-            {"grip": 1.0},
-            {"friction": 0.4},
-            {"friction": 1.1},
-            {"latency": late},
-            {"servo_stiffness": 0.7},
-            {"servo_stiffness": 2.0},
-            *horns,
-        )
+        return (*robot_checks(servo_latency(self._servo)), *horns)
 
     def measures(self, motion: Motion) -> Mapping[str, Measure]:
         """Return displacement, speed, duration, effort, slip, steps and posture."""

@@ -138,7 +138,8 @@ def segments(
     by_frame = dict(pushes)
     if push.any():
         by_frame[pushed] = by_frame.get(pushed, 0.0) + push
-    bounds = {*range(0, frames - 1, SEGMENT), frames - 1}
+    whole = simulation.anatomy.crawls  # never falls
+    bounds = {*range(0, frames - 1, frames if whole else SEGMENT), frames - 1}
     bounds |= {frame for frame in by_frame if frame < frames - 1}
     for first, last in pairwise(sorted(bounds)):
         yield first, last, by_frame.get(first, np.zeros(3))
@@ -444,7 +445,8 @@ def record_segment(
     speed = norm(at_frames[..., 1 + nq : 4 + nq])
     # MuJoCo resets a robot, including its time, when its state is not finite.
     diverged = ~((np.abs(at_frames[..., 0] - expected) < step / 2) & (speed < FASTEST))
-    down = (upward < TIPPED) | low | belly | diverged
+    fell = (upward < TIPPED) | low | belly
+    down = diverged if simulation.anatomy.crawls else diverged | fell
     fallen = down.any(axis=1)
     for row in np.flatnonzero(fallen):
         individual, frame = active[row], first + int(np.argmax(down[row]))

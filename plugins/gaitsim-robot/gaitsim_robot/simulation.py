@@ -32,13 +32,13 @@ STRONG = 100.0  # factor on the torque of servos, to measure the torque that sta
 
 
 def settle(
-    model: Any, stance: Floats, rest: Floats, belly: int, height: float
+    model: Any, anatomy: Anatomy, rest: Floats, belly: int, height: float
 ) -> tuple[Floats, bool, Floats]:
-    """Let a robot stand for a while.
+    """Let a robot stand for a while; one that crawls may also lie.
 
     Args:
         model: MuJoCo's compiled model.
-        stance: initial pose, (nq,).
+        anatomy: anatomy of the robot.
         rest: control of all servos, (servos,).
         belly: sensor index of the number of contacts between trunk and ground.
         height: height of the intact robot's trunk when standing, m.
@@ -49,7 +49,9 @@ def settle(
     """
     import mujoco
 
+    stance = anatomy.stance
     settled, stands = _simulate_standing(model, stance, rest, belly, height)
+    stands = stands or anatomy.crawls
     needed = settled.actuator_force
     if not stands:
         strong = copy.copy(model)
@@ -156,13 +158,11 @@ class Simulation:
         """Return the simulation of a population of robots with other dimensions than this one.
 
         Raises:
-            RuntimeError: a model has other sizes, which MuJoCo's rollout would read wrongly.
+            RuntimeError: a model has other parts, with which MuJoCo's rollout would overwrite
+                foreign memory.
         """
-        sizes = ("nq", "nv", "na", "nu", "nbody", "njnt", "nsensordata")
-        own = [getattr(self.model, name) for name in sizes]
-        for body in bodies:
-            if [getattr(body.model, name) for name in sizes] != own:
-                raise RuntimeError("a robot with other dimensions has other joints or sensors")
+        if any(body.model.signature != self.model.signature for body in bodies):
+            raise RuntimeError("a robot with other dimensions has other bodies, joints or sensors")
         return replace(self, bodies=tuple(bodies))
 
     def select(self, individuals: Any) -> "Simulation":
@@ -221,14 +221,14 @@ class Simulation:
     @property
     def stall_torque(self) -> Floats:
         """Stall torque of each leg joint's servo, (individuals or 1, joints) N m."""
-        names = self.anatomy.joints
-        return np.array([[one.servos[name].stall_torque for name in names] for one in self.each])
+        return np.array(
+            [[one.servos[name].stall_torque for name in one.anatomy.joints] for one in self.each]
+        )
 
     @property
     def continuous_torque(self) -> Floats:
         """Torque that servos can deliver for long, (individuals or 1, joints) N m; 0 if unknown."""
-        names = self.anatomy.joints
-        shares = [[one.servos[name].continuous for name in names] for one in self.each]
+        shares = [[one.servos[name].continuous for name in one.anatomy.joints] for one in self.each]
         return np.array(shares) * self.stall_torque
 
     @property
@@ -275,7 +275,8 @@ def build(
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = GRIP
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE  # a third faster for six legs
-    _exclude_overlaps(spec, anatomy)
+    if not anatomy.crawls:
+        _exclude_overlaps(spec, anatomy)
     height = float(anatomy.stance[2])
     if damage:
         anatomy, servos = apply_damage(spec, anatomy, servos, damage)
@@ -323,7 +324,7 @@ def build(
     rest = anatomy.stance[model.jnt_qposadr[servoed]]
     ctrl = np.array([model.actuator(name).id for name in anatomy.joints], np.intp)
     belly = int(model.sensor("belly").adr[0])
-    start, stands, effort = settle(model, anatomy.stance, rest, belly, height)
+    start, stands, effort = settle(model, anatomy, rest, belly, height)
     return Simulation(
         model,
         anatomy,

@@ -1,0 +1,1 @@
+"""Creatures: trees of buildable modules that evolve together with their gaits."""

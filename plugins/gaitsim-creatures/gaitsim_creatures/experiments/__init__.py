@@ -1,0 +1,1 @@
+"""Presets with creatures."""
