@@ -69,7 +69,7 @@ EFFORT = ("torque", "stall_torque", "rms_torque", "continuous_torque")
 
 def effort_of(individual: Individual) -> Effort | None:
     """Return the torque of the servos; None if the body lacks one of the channels `EFFORT`."""
-    organism = individual.experiment.organism
+    organism = individual.body
     found = [organism.channels.get(name) for name in EFFORT]
     if any(one is None or one.axes[-1:] != ("joints",) or one.unit != "N m" for one in found):
         return None
@@ -84,7 +84,7 @@ def effort_of(individual: Individual) -> Effort | None:
 def channel_of(individual: Individual, name: str) -> Floats:
     """Return a channel of one individual, without the axis of the population."""
     entry = individual.experiment.entries["organism"]
-    channel = individual.experiment.organism.channels[name]
+    channel = individual.body.channels[name]
     with plugin_errors(entry, f"computing the channel {name!r}"):
         values = np.asarray(individual.motion[name])
     if values.shape[:1] != (1,) or not channel.fits(values.shape):

@@ -181,7 +181,7 @@ class Individual(ReprMixin):
 
     @cached_property
     def motion(self) -> Motion:
-        """The motion, a population of one: channels by name, each (1, frames, …).
+        """The motion of its own body, a population of one: channels by name, each (1, frames, …).
 
         Raises:
             PluginError: the body fails.
@@ -191,10 +191,12 @@ class Individual(ReprMixin):
         elif self.genome is None:
             raise ValueError("an individual needs a genome or a motion")
         else:
+            genome = self.embodied.genome
+            assert genome is not None, "it has the rest of the genes"
             with plugin_errors(self.experiment.entries["organism"], "moving the champion"):
-                motion = self.experiment.organism.move(self.genome[None].copy())
+                motion = self.body.move(genome[None].copy())
         if isinstance(motion, Motion):  # otherwise, its user reports the mistake of the plugin
-            motion.declared = self.experiment.organism.channels
+            motion.declared = self.body.channels
         return motion
 
     @cached_property
@@ -206,7 +208,7 @@ class Individual(ReprMixin):
         """
         entry, motion = self.experiment.entries["organism"], self.motion
         with plugin_errors(entry, "drawing the champion"):
-            skeleton: object = self.experiment.organism.skeleton(motion, 0)
+            skeleton: object = self.body.skeleton(motion, 0)
         if isinstance(skeleton, Skeleton):
             return skeleton
         raise contract_error(
@@ -226,7 +228,7 @@ class Individual(ReprMixin):
             PluginError: the body fails.
         """
         touching = self.skeleton.touching
-        channel = self.experiment.organism.channels.get("stance")
+        channel = self.body.channels.get("stance")
         if touching is None or channel is None or channel.axes != ("frames", "feet"):
             return touching
         with plugin_errors(self.experiment.entries["organism"], "computing the channel 'stance'"):
@@ -244,7 +246,7 @@ class Individual(ReprMixin):
         with plugin_errors(self.experiment.entries["organism"], "measuring the champion"):
             return {
                 str(name): Measurement(float(measure.values[0]), str(measure.unit), measure.help)
-                for name, measure in self.experiment.organism.measures(motion).items()
+                for name, measure in self.body.measures(motion).items()
             }
 
     @property

@@ -18,6 +18,8 @@ from gaitsim.contracts.dimensions import (
     factor_bounds as factor_bounds,
 )
 from gaitsim.contracts.motion import (
+    PRESENT as PRESENT,
+    PRESENT_CHANNEL as PRESENT_CHANNEL,
     Array as Array,
     Channel as Channel,
     Measure as Measure,

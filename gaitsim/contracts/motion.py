@@ -94,6 +94,16 @@ def _joined(names: str | tuple[str, ...]) -> str:
     return names if isinstance(names, str) else f"[{', '.join(names)}]"
 
 
+PRESENT = "present"
+PRESENT_CHANNEL = Channel(("joints",), "", "whether the individual has the joint")
+"""Channel of a body whose individuals differ in their joints.
+
+In motions of populations, arrays over joints have room for the largest body: the joints of an
+individual come first, in the order of the `joint_names` of its own body (`Organism.embody`), and
+the rest is 0. Arrays over feet are padded likewise. Padding must not change terms and measures.
+"""
+
+
 class Motion(TableMixin, Mapping[str, Array]):
     """The movement of a whole population, as named channels.
 

@@ -19,7 +19,7 @@ _TAKEN = ["generation", "member", "individual", "score", "trial", "frame", "time
 
 def channels_of(individual: Individual) -> Mapping[str, Channel]:
     """Return the declared channels, or those of the motion of a body that declares none."""
-    return individual.experiment.organism.channels or {
+    return individual.body.channels or {
         name: Channel(("entry",) * (np.ndim(values) - 1), "", "returned by the body")
         for name, values in individual.motion.items()
     }
@@ -61,7 +61,7 @@ def read_values(individual: Individual, name: str) -> NDArray[Any]:
 
 def count_trials(individual: Individual) -> int:
     """Return the number of trials of the individual; its skeleton shows the first."""
-    for name, channel in individual.experiment.organism.channels.items():
+    for name, channel in individual.body.channels.items():
         if "trials" in channel.axes:
             return int(read_values(individual, name).shape[channel.axes.index("trials")])
     return 1
@@ -79,7 +79,7 @@ def entries_of(
         channel: declaration of the channel.
         shape: shape of the channel's values for one individual.
     """
-    organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
+    organism, entry = individual.body, individual.experiment.entries["organism"]
     names: dict[str, tuple[str, ...]] = {}
     if "joints" in channel.axes:
         with plugin_errors(entry, "naming its joints"):

@@ -228,7 +228,7 @@ _SI = {"": 1.0, "s": 1.0, "m": 1.0, "mm": 1e-3, "rad": 1.0, "°": math.radians(1
 
 def analyse_individual(individual: Individual) -> GaitAnalysis:
     """Analyse the gait of an individual; the body's own measures take precedence."""
-    organism, angles = individual.experiment.organism, individual.joint_angles
+    organism, angles = individual.body, individual.joint_angles
     if angles is not None and (slides := organism.sliding_joints()):  # which do not turn
         angles = angles[:, [name not in slides for name in organism.joint_names()]]
     found = analyse_gait(
@@ -267,7 +267,7 @@ def _mean_travel(individual: Individual, first: Travel) -> Travel:
 
 def trial_skeletons(individual: Individual) -> list[Skeleton]:
     """Return the skeleton of each trial of an individual."""
-    organism, motion = individual.experiment.organism, individual.motion
+    organism, motion = individual.body, individual.motion
     axes = {
         name: 1 + channel.axes.index("trials")
         for name, channel in organism.channels.items()
@@ -291,7 +291,7 @@ def vertical_loads(individual: Individual) -> Floats | None:
 
     Return None if the body has no channel `load` over frames and feet with a component z.
     """
-    channel = individual.experiment.organism.channels.get("load")
+    channel = individual.body.channels.get("load")
     if channel is None or channel.axes[:2] != ("frames", "feet") or "z" not in channel.axes[-1]:
         return None
     values = channel_of(individual, "load")
@@ -300,13 +300,13 @@ def vertical_loads(individual: Individual) -> Floats | None:
 
 def weight_of(individual: Individual) -> float | None:
     """Return the weight of the body, N; None if it has no channel `weight` with a single value."""
-    channel = individual.experiment.organism.channels.get("weight")
+    channel = individual.body.channels.get("weight")
     return float(channel_of(individual, "weight")) if channel and channel.axes == () else None
 
 
 def commanded_frequency(individual: Individual) -> float:
     """Return the stride frequency that the gait commands, Hz; 0 if unknown."""
-    known = commands_frequency(individual.experiment.organism)
+    known = commands_frequency(individual.body)
     return float(channel_of(individual, STRIDE_FREQUENCY)) if known else 0.0
 
 
@@ -319,7 +319,7 @@ def commands_frequency(organism: Organism) -> bool:
 def frames_before_fall(individual: Individual) -> int:
     """Return the number of frames before a fall, from the channel `lasted`, or all frames."""
     frames = len(individual.skeleton.segments)
-    channel = individual.experiment.organism.channels.get("lasted")
+    channel = individual.body.channels.get("lasted")
     if channel is None or channel.axes or channel.unit != "s":
         return frames
     lasted = float(channel_of(individual, "lasted"))
@@ -342,7 +342,7 @@ def margin_of(individual: Individual) -> Floats:
 
 
 def _own_margin(individual: Individual) -> Floats | None:
-    channel = individual.experiment.organism.channels.get("margin")
+    channel = individual.body.channels.get("margin")
     if channel is None or channel.axes != ("frames",):
         return None
     margin = channel_of(individual, "margin")

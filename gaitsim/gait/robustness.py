@@ -172,7 +172,7 @@ def _perturb_all_joints(individual: Individual) -> dict[str, float]:
         played[f"all joints {_frames(frames)} late"] = delay_angles(angles, frames)[None]
     played[f"servos with a lag of {_frames(LAG)}"] = apply_lag(angles, LAG)[None]
     played["every second frame left out"] = interpolate_every_second(angles)[None]
-    body = individual.experiment.organism
+    body = individual.body
     # The angles of a real robot rarely have the same sign on both sides.
     pairs = None if body.dynamic else mirrored_joints(body.joint_names())
     if pairs is not None:
@@ -183,7 +183,7 @@ def _perturb_all_joints(individual: Individual) -> dict[str, float]:
 def _perturb_single_joints(individual: Individual) -> dict[str, float]:
     """Perturb each joint independently, or slow down all joints strongly."""
     angles, rng = _playable_angles(individual, "inexact joints"), np.random.default_rng([SEED, 1])
-    joints, body = angles.shape[1:], individual.experiment.organism
+    joints, body = angles.shape[1:], individual.body
     turns = np.array([name not in body.sliding_joints() for name in body.joint_names()])
     late = [delay_angles(angles, rng.integers(0, JOINT_DELAY + 1, joints)) for _ in range(DRAWS)]
     offset = rng.normal(0, np.radians(OFFSET), (DRAWS, 1, angles.shape[1])) * turns
@@ -202,7 +202,7 @@ def _perturb_single_joints(individual: Individual) -> dict[str, float]:
 def _playable_angles(individual: Individual, what: str) -> Angles:
     """Return the joint angles, (frames, joints), of a body that can play them."""
     try:
-        require_play(individual.experiment)
+        require_play(individual.embodied.experiment)
     except GaitsimError as error:
         raise _NotPossibleError(f"{what}: {error.what}") from None
     return np.asarray(individual.joint_angles)

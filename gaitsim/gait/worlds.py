@@ -235,7 +235,7 @@ def outcome_of(individual: Individual) -> Outcome:
 
 
 def _yaw_of(individual: Individual) -> float:
-    motion, channels = individual.motion, individual.experiment.organism.channels
+    motion, channels = individual.motion, individual.body.channels
     if ORIENTATION not in channels:
         return math.nan
     frames = frames_before_fall(individual)
@@ -247,7 +247,7 @@ def _yaw_of(individual: Individual) -> float:
 
 def has_fallen(individual: Individual) -> bool:
     """Return whether the body fell, according to its channel `lasted`, s; False without it."""
-    channels, motion = individual.experiment.organism.channels, individual.motion
+    channels, motion = individual.body.channels, individual.motion
     lasted = channels.get("lasted")
     over_time = [name for name, one in channels.items() if one.axes[:1] == ("frames",)]
     if lasted is None or lasted.axes or lasted.unit != "s" or not over_time:

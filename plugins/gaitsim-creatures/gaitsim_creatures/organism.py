@@ -10,6 +10,8 @@ import numpy as np
 from pydantic import ValidationInfo, model_validator
 
 from gaitsim.plugin import (
+    PRESENT,
+    PRESENT_CHANNEL,
     WORLD_HELP,
     Array,
     Channel,
@@ -68,15 +70,19 @@ from gaitsim_robot.terrain import lattice_for
 from gaitsim_robot.text import with_servos
 
 EVOLVE = "evolve"
+SPEED_SHARE = 0.8  # speed limit of commands as a share of a servo's no-load speed
 START = 0.5  # s, time over which the movement starts
 SLOWEST = 0.2  # Hz
 NO_HINGES = "the body has no hinge that moves it"
 
-TREES: Mapping[str, Channel] = {
-    "present": Channel(("joints",), "", "whether the individual has the joint"),
-    "tree": Channel(("genes",), "", "genes, from which the individual's body grows"),
+OWN: Mapping[str, Channel] = {
+    **CHANNELS,
+    PRESENT: PRESENT_CHANNEL,
 }
-"""The channels of a body that evolves, besides those of robots."""
+TREE: Mapping[str, Channel] = {
+    "tree": Channel(("genes",), "", "genes, from which the individual's body grows")
+}
+"""The channel of a body that evolves, besides the others."""
 
 
 class _Channels:
@@ -84,7 +90,7 @@ class _Channels:
 
     def __get__(self, creature: "Creature | None", owner: type) -> Mapping[str, Channel]:
         fixed = creature is not None and creature.body != EVOLVE
-        return CHANNELS if fixed else {**CHANNELS, **TREES}
+        return OWN if fixed else {**OWN, **TREE}
 
 
 class Creature(Organism):
@@ -209,13 +215,11 @@ class Creature(Organism):
             )
         bodies = self._tree_space.grow(genomes)
         oscillators = np.zeros((len(genomes), self.most, 3))
-        present = np.zeros((len(genomes), self.most), np.bool_)
         for index in range(len(genomes)):
             found = _oscillators(genomes[index], bodies, index)
-            oscillators[index, : len(found)], present[index, : len(found)] = found, True
+            oscillators[index, : len(found)] = found
         rows = range(len(genomes))
         motion = self._walk(rows, bodies, genomes[:, FREQUENCY], oscillators)
-        motion.add("present", present)
         motion.add("tree", genomes.copy())
         return motion
 
@@ -233,6 +237,9 @@ class Creature(Organism):
         times = np.arange(self.frames) / FRAME_RATE
         amplitude, phase, offset = np.moveaxis(oscillators[:, None], -1, 0)
         cycles = TWO_PI * frequency[:, None] * times
+        # Faster commands would only be cut off by the servo.
+        fastest = SPEED_SHARE * self._servo.no_load_speed / (TWO_PI * frequency[:, None, None])
+        amplitude = np.minimum(amplitude, fastest)
         angles = offset + amplitude * sin(cycles[..., None] + phase)
         reach = load_modules(self.modules).reach
         angles = np.clip(angles * np.minimum(times / START, 1.0)[:, None], -reach, reach)
@@ -250,11 +257,13 @@ class Creature(Organism):
 
         simulations = [self._simulation(bodies, row) for row in rows]
         shared = {id(one): one for one in simulations}
-        channels: dict[str, Array] = {}
+        present = np.zeros((len(rows), len(self.joint_names())), np.bool_)
+        channels: dict[str, Array] = {PRESENT: present}
         failures: dict[int, str] = {}
         for key, simulation in shared.items():
             members = np.array([row for row, one in enumerate(simulations) if id(one) == key])
             joints = len(simulation.ctrl)
+            present[members, :joints] = True
             engine = physics(self.engine).roll_out if joints else _lie
             commands = angles[members, :, :joints]
             moved = walk(simulation, commands, engine, frequency[members])

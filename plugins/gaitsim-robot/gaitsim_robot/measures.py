@@ -49,8 +49,8 @@ def measures(motion: Motion, legs: Sequence[Leg]) -> Mapping[str, Measure]:
 
     Means over time end at the fall.
     """
-    upright = np.arange(motion["height"].shape[1])
-    upright = upright <= np.round(motion["lasted"] * motion.frame_rate)[:, None]
+    frames = np.arange(motion["height"].shape[1])
+    upright = frames <= np.round(motion["lasted"] * motion.frame_rate)[:, None]
     roll, pitch, yaw = np.moveaxis(motion["orientation"], -1, 0)
     tilt = arccos(np.clip(cos(roll) * cos(pitch), -1.0, 1.0))
     return {

@@ -72,7 +72,7 @@ class WalkingFitness(Fitness):
         """Return the RMS torque above `torque_share`, as a share of the stall torque."""
         stall = motion["stall_torque"][:, None]
         beyond = ratio(motion["torque"], np.broadcast_to(stall, motion["torque"].shape))
-        return rms(np.maximum(beyond - self.torque_share, 0.0))
+        return joint_rms(motion, np.maximum(beyond - self.torque_share, 0.0))
 
     def _roughness(self, motion: Motion) -> Floats:
         """Return the RMS joint motion above `rough_frequency`, rad.
@@ -85,7 +85,20 @@ class WalkingFitness(Fitness):
 
         angles = motion["joint_positions"]
         sections = butter(4, self.rough_frequency, "highpass", fs=motion.frame_rate, output="sos")
-        return rms(sosfilt(sections, angles - angles[:, :1], axis=1))
+        return joint_rms(motion, sosfilt(sections, angles - angles[:, :1], axis=1))
+
+
+def joint_rms(motion: Motion, values: Floats) -> Floats:
+    """Return the RMS of values, (population, frames, joints), over the joints that exist.
+
+    With the channel `present`, joints that only pad the array change no bits.
+    """
+    if "present" not in motion:
+        return rms(values)
+    by_joint = np.ascontiguousarray(np.square(values).swapaxes(1, 2)).sum(axis=2)
+    present = motion["present"].sum(axis=1)
+    count = np.asarray(values.shape[1] * present, np.float64)
+    return np.sqrt(ratio(np.cumsum(by_joint, axis=1)[:, -1], count))
 
 
 def duration(motion: Motion) -> float:
