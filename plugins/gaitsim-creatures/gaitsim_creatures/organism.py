@@ -61,6 +61,7 @@ from gaitsim_creatures.trees import (
     WIDTH,
     Bodies,
     Floats,
+    Symmetry,
     TreeSpace,
 )
 from gaitsim_robot.conditions import apply_world, robot_checks, robot_conditions
@@ -114,7 +115,7 @@ class Creature(Organism):
     largest: float = option(
         1.0, "largest extent of a body along an axis of its core", unit="m", gt=0.05, le=20
     )
-    symmetry: Literal["gene", "always", "never"] = option(
+    symmetry: Symmetry = option(
         "gene",
         "whether the right side of a body that evolves mirrors the left: 'gene' leaves it to "
         "evolution",
@@ -464,7 +465,7 @@ def _lie(simulation: Simulation, commands: Floats) -> Any:
     return record
 
 
-@lru_cache(maxsize=512)  # about 0.1 MB each; the elites of a population keep their bodies
+@lru_cache(maxsize=128)  # elites keep their bodies; more would fragment the memory
 def _load_simulation(
     modules: bytes,
     places: bytes,

@@ -33,6 +33,9 @@ TWO_PI = 2 * np.pi
 NONE, IN_PHASE, ANTIPHASE = 0, 1, 2
 """Values of the gene `symmetry`: none, or copies mirrored in phase or half a stride later."""
 
+Symmetry = Literal["gene", "always", "never"]
+"""Whether bodies are symmetric: as their genes say, or all or none of them."""
+
 _TOUCH = 1e-3  # m, overlap of two modules that still counts as touching
 _PLANE = (
     1e-6  # m, distance from the plane of symmetry within which a module is its own mirror image
@@ -108,7 +111,7 @@ class TreeSpace(GenomeSpace):
     largest: float
     reach: float
     frequencies: tuple[float, float]
-    symmetry: Literal["gene", "always", "never"] = "gene"
+    symmetry: Symmetry = "gene"
 
     name: ClassVar[str] = "tree"
     dtype: ClassVar[np.dtype[Any]] = np.dtype(np.float64)

@@ -41,7 +41,7 @@ ITERATIONS = (20, 6, 6)  # of the inverse kinematics, after each move below the 
 MASS_PER_TORQUE = float(np.median([one.mass / one.stall_torque for one in SERVOS.values()]))
 """Mass of a servo that is not in the table per stall torque, kg/(N m): the table's median."""
 
-REMEMBERED = 2048  # designs
+REMEMBERED = 512  # designs, of up to 0.7 MB
 
 Factors = tuple[tuple[str, float], ...]
 """Factors by dimension; others are 1."""
