@@ -169,16 +169,6 @@ class Individual(ReprMixin):
         """The body of the individual, with its own dimensions."""
         return self.embodied.experiment.organism
 
-    @property
-    def dimensions(self) -> str:
-        """The changed dimensions of the body, such as 'femur × 1.12 = 0.0896 m'; '' for none."""
-        factors = getattr(self.body, "dimensions", {})
-        space = self.body.design_space() if factors else {}
-        return ", ".join(
-            f"{name} × {factor:.3g} = {factor * space[name].nominal:.3g} {space[name].unit}"
-            for name, factor in factors.items()
-        )
-
     @cached_property
     def motion(self) -> Motion:
         """The motion of its own body, a population of one: channels by name, each (1, frames, …).

@@ -31,8 +31,8 @@ def print_gait(individual: Individual, gait: GaitAnalysis) -> None:
     """Print the analysis of a gait, except for the score."""
     console = output()
     console.print(individual.title, style="bold")
-    if dimensions := individual.dimensions:
-        console.print(f"Dimensions: {dimensions}")
+    if design := individual.body.design():
+        console.print(f"Design: {design}")
     found = gait.name
     style = "bold" if found.name in UNNAMED else "bold green"
     console.print(Text.assemble("Gait: ", (found.name, style), f", {found.reason}"))

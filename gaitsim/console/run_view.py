@@ -43,6 +43,7 @@ def to_dict(champion: Individual) -> dict[str, Any]:
         "score": champion.score,
         "terms": dict(champion.terms),
         "dimensions": dict(getattr(champion.body, "dimensions", {})),
+        "design": champion.body.design(),
         "measures": {name: one.value for name, one in measures.items()},
         "units": {name: one.unit for name, one in measures.items()},
     }
@@ -61,8 +62,8 @@ def print_champion(run: RunSnapshot, champion: Individual | None) -> None:
         f"Champion of generation {champion.generation}, score {number(champion.score, 4)}"
         f"{champion.over_worlds}{'; in its own world' if champion.worlds else ''}:"
     )
-    if dimensions := champion.dimensions:
-        console.print(f"dimensions: {dimensions}")
+    if design := champion.body.design():
+        console.print(f"design: {design}")
     measured = measured_of(champion)
     if measured.measures:
         rows = [

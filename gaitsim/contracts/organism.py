@@ -242,6 +242,18 @@ class Organism(Plugin):
         }
         return self.model_copy(update=own), genome[:genes]
 
+    def design(self) -> str:
+        """Return how this body differs from that of its options' defaults, one line; '' if not.
+
+        The default returns the changed dimensions, such as 'femur × 1.12 = 0.0896 m'.
+        """
+        factors = getattr(self, "dimensions", {})
+        space = self.design_space() if factors else {}
+        return ", ".join(
+            f"{name} × {factor:.3g} = {factor * space[name].nominal:.3g} {space[name].unit}"
+            for name, factor in factors.items()
+        )
+
     def describe(self) -> Facts:
         """Return facts about the body with its options, such as its mass and its legs."""
         return {}

@@ -185,7 +185,7 @@ def individual():
 
 
 def test_an_individual_knows_its_own_body(individual):
-    assert individual.dimensions == "femur × 1.2 = 0.096 m, tibia × 0.9 = 0.108 m"
+    assert individual.body.design() == "femur × 1.2 = 0.096 m, tibia × 0.9 = 0.108 m"
     own = individual.embodied
     assert (own.body, own.embodied) == (individual.body, own)
     assert len(own.genome) == len(individual.genome) - 2
@@ -214,8 +214,8 @@ def test_a_run_shows_the_dimensions_of_its_champion(gaitsim, tmp_path):
     gaitsim("run", "spider", "--set", "organism.evolve=['tibia']", *options)
     factor = RunSnapshot(tmp_path / "run").individual().genome[-1]
     expected = f"tibia × {factor:.3g} = {0.12 * factor:.3g} m"
-    assert f"dimensions: {expected}" in gaitsim("show", "run").stdout
-    assert f"Dimensions: {expected}" in gaitsim("analyse", "run").stdout
+    assert f"design: {expected}" in gaitsim("show", "run").stdout
+    assert f"Design: {expected}" in gaitsim("analyse", "run").stdout
     champion = json.loads(gaitsim("show", "run", "--json").stdout)["champion"]
     assert champion["dimensions"] == {"tibia": factor}
     gaitsim("export", "run", "--format", "npz", "--out", "gait.npz")

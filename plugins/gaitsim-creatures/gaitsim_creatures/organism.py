@@ -402,6 +402,12 @@ class Creature(Organism):
         """Return 'mujoco', or the library of another engine."""
         return self.engine if self.engine == MUJOCO else str(physics(self.engine).LIBRARY)
 
+    def design(self) -> str:
+        """Return the plan of the body; '' for bodies that evolve."""
+        if self.body == EVOLVE:
+            return ""
+        return plan_text(self._plan.modules[0, : self._plan.counts[0]])
+
     def describe(self) -> Facts:
         """Describe the modules, and the body of a plan with its parts."""
         table = load_modules(self.modules)
@@ -420,7 +426,7 @@ class Creature(Organism):
                 **describe_bodies(self._plan),
                 "mass": f"{simulation.anatomy.mass:.3g} kg",
                 "length": f"{simulation.anatomy.length:.3g} m",
-                "plan": plan_text(self._plan.modules[0, : self._plan.counts[0]]),
+                "plan": self.design(),
             }
         return facts
 

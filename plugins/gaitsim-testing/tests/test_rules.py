@@ -19,8 +19,8 @@ SOUND = {
 HEAD = """
 import random, threading
 from gaitsim.contracts import (
-    Dimension, EvolvingChannels, Measure, Members, Reflex, Skeleton, Solid, check_dimensions,
-    check_world,
+    PRESENT_CHANNEL, Channel, Dimension, EvolvingChannels, Measure, Members, Reflex, Skeleton,
+    Solid, check_dimensions, check_world,
 )
 from gaitsim.encoding import GeneGroup, dimension_genes, genome_space
 from pydantic import PrivateAttr, model_validator
@@ -128,6 +128,23 @@ def skeleton(self, motion, individual):
     return Skeleton(np.array([[[[0, 0, 0], [end, 0, 0]]]]), ("thigh",), 1.0)
 """
 
+DIFFERING = """
+joints: int = option(0, "joints of the body; 0 for those that the genome says")
+channels: ClassVar = {
+    **Body.channels, "present": PRESENT_CHANNEL, "load": Channel(("joints",), "N", "load")
+}
+def joint_names(self):
+    return ("left", "right")[: self.joints or 2]
+def move(self, genomes):
+    count = np.where(genomes[:, 0] > 0, 2, 1) if not self.joints else self.joints
+    present = np.arange(len(self.joint_names())) < np.reshape(count, (-1, 1))
+    present = np.broadcast_to(present, (len(genomes), present.shape[1])).copy()
+    own = {"distance": genomes[:, 0], "present": present, "load": present * genomes[:, 1:]}
+    return Motion(1.0, own)
+def embody(self, genome):
+    return self.model_copy(update={"joints": 2 if genome[0] > 0 else 1}), genome
+"""
+
 STEP = "def step(self, state, seen, inputs, interval):\n    "
 START = "def start(self, legs, weights):\n    return "
 
@@ -147,6 +164,14 @@ ERRORS = {
             "def move(self, genomes):\n"
             "    return Motion(1.0, {'distance': genomes[:, 0] + len(self.world)})",
             "a different motion",
+        ),
+        "joints that the body lacks": (
+            DIFFERING.replace('"present": present,', '"present": present | True,'),
+            "has 2 in 'present'",
+        ),
+        "padding that is not 0": (
+            DIFFERING.replace("present * genomes", "(present + 1) * genomes"),
+            "load of a joint that is padded",
         ),
         "dimensions without options": (
             SIZES[SIZES.index("def design") : SIZES.index("@model")],

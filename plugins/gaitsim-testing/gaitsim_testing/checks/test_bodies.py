@@ -12,8 +12,9 @@ import pytest
 from pydantic import ValidationError
 
 from gaitsim.plugin import (
+    PRESENT,
+    PRESENT_CHANNEL,
     Array,
-    BitSpace,
     Channel,
     Entry,
     GaitsimError,
@@ -22,12 +23,12 @@ from gaitsim.plugin import (
     Measure,
     Motion,
     Organism,
-    RealSpace,
     Rig,
     Skeleton,
     Steered,
     check_world,
     plugin_errors,
+    registry,
 )
 from gaitsim.plugin.runs import WORLD, space_of, starts_of
 from gaitsim_testing.finding import advise, require, require_type, require_unchanged
@@ -139,10 +140,11 @@ def _check_channel(name: str, array: Any, channel: Channel | None) -> None:
 
 def test_genome_space(space: GenomeSpace, body: Organism) -> None:
     """Genomes come only from the generator, and `repair` leaves valid ones unchanged."""
+    operators: Any = registry.scan("mutation")[0].values()
     advise(
-        isinstance(space, RealSpace | BitSpace),
+        any(isinstance(space, operator.spaces) for operator in operators),
         f"the genome space is a {type(space).__name__}",
-        "a RealSpace or a BitSpace, which the installed operators support",
+        "a space that an installed mutation supports, such as a RealSpace or a BitSpace",
         "provide a crossover and a mutation with this class in their 'spaces'",
     )
     genomes = space.random(50, np.random.default_rng(2))
@@ -626,6 +628,44 @@ def test_evolving_dimensions(entry: Entry, body: Organism, space: GenomeSpace) -
         "segments with the lengths of each individual",
         "draw the segments from the dimensions",
     )
+
+
+def test_joints_that_differ(body: Organism, motion: Motion, genomes: Genomes) -> None:
+    """With the channel `present`, individuals have the joints of their own bodies; padding is 0."""
+    if PRESENT not in body.channels:
+        return
+    require(
+        body.channels[PRESENT] == PRESENT_CHANNEL and motion[PRESENT].dtype == np.bool_,
+        f"the channel {PRESENT!r} is {body.channels[PRESENT]}, of {motion[PRESENT].dtype}",
+        f"{PRESENT_CHANNEL}, of bool",
+        "declare it as gaitsim.plugin.PRESENT_CHANNEL",
+    )
+    over_joints = [
+        (name, channel.axes.index("joints"))
+        for name, channel in body.channels.items()
+        if "joints" in channel.axes
+    ]
+    for index in range(len(genomes)):
+        if index in motion.failures:
+            continue
+        own, genes = body.embody(genomes[index].copy())
+        count, present = len(own.joint_names()), motion[PRESENT][index]
+        require(
+            present[:count].all() and not present[count:].any(),
+            f"an individual whose body has {count} joints has {present.sum()} in {PRESENT!r}",
+            "True for the joints of the body from embody(), which come first",
+            "count the joints of each individual's own body",
+        )
+        moved = own.move(genes[None].copy())
+        for name, axis in over_joints:
+            padded = np.moveaxis(motion[name][index], axis, 0)
+            require(
+                same(padded[:count], np.moveaxis(moved[name][0], axis, 0)[:count])
+                and not padded[count:].any(),
+                f"{name} of a joint that is padded, or of the body from embody(), differs",
+                "0 for joints that the individual lacks, and its own motion for the others",
+                "fill arrays with np.zeros(…), and move each individual with its own body",
+            )
 
 
 def test_speed(body: Organism, space: GenomeSpace, record_property: Callable[..., None]) -> None:
