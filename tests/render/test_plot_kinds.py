@@ -32,8 +32,8 @@ from gaitsim_plots.path import scene_of
 SPACE = ("x", "y", "z")
 
 
-# The package gaitsim-design draws its own kind, which needs a run of its search.
-KINDS = [kind for kind in products("plot") if kind != "design"]
+# Kinds of packages that need a run of their own search or body are tested there.
+KINDS = [kind for kind in products("plot") if kind not in ("assembly", "design")]
 
 
 class Request:

@@ -7,6 +7,10 @@ import pytest
 import gaitsim as gs
 from gaitsim.errors import ExperimentError
 from gaitsim.experiment import load_experiment
+from gaitsim.plugin import Subject
+from gaitsim.plugin.pictures import PLOT_THEMES
+from gaitsim.plugin.runs import Individual
+from gaitsim_creatures.assembly import Parts, assembly_figure
 from gaitsim_creatures.organism import NO_HINGES, Creature
 from gaitsim_creatures.trees import HEAD
 from gaitsim_robot.organism import CHANNELS
@@ -155,3 +159,27 @@ def test_a_run_keeps_each_individuals_own_body(tmp_path) -> None:
     assert len(best.skeleton.contact_names) == len(joints) + 1
     assert best.measures["hinges"] == len(joints)
     assert len(best.skeleton.solids) == 1 + int(best.measures["modules"]) + len(joints)
+
+
+def test_a_creature_can_be_built_from_its_drawing_and_its_parts(tmp_path) -> None:
+    """The drawing names each module, and the list of parts has its mass and its face."""
+    experiment = load_experiment("gecko", {"organism.body": "L hinge 90, LF brick"})
+    genome = experiment.space().random(1, np.random.default_rng(0))[0]
+    individual = Individual(experiment, 0.0, {}, genome=genome)
+    figure = assembly_figure(individual, PLOT_THEMES["dark"])
+    figure.savefig(tmp_path / "assembly.png")
+    written = {text.get_text() for axes in figure.axes for text in axes.texts}
+    assert {"core", "L", "LF"} <= written
+    Parts().write(Subject(None, (individual,)), tmp_path / "parts.csv")
+    rows = (tmp_path / "parts.csv").read_text().splitlines()
+    assert rows[1:] == [
+        "core,core,,,0,0.25",
+        "L,hinge,core,left,90,0.089",
+        "LF,brick,L,front,0,0.03",
+    ]
+    spider = load_experiment("spider")
+    other = Individual(
+        spider, 0.0, {}, genome=spider.space().random(1, np.random.default_rng(0))[0]
+    )
+    with pytest.raises(gs.GaitsimError, match="not a creature"):
+        Parts().check(other)

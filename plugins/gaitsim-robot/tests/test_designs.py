@@ -234,7 +234,7 @@ def test_the_message_names_joints_in_one_place(tmp_path):
 def test_designs_have_as_many_states_and_sensors(tmp_path):
     robot = Robot(model="quadruped")
     other = load_file(tmp_path, HEXAPOD)
-    with pytest.raises(RuntimeError, match="other joints or sensors"):
+    with pytest.raises(RuntimeError, match="other bodies, joints or sensors"):
         robot.simulation.of_bodies([robot.simulation, other.simulation])
 
 
