@@ -46,7 +46,7 @@ def state_of(scores, ages):
 def test_the_young_survive_with_lower_scores():
     """The fronts of high score and low age survive; the dominated go first, worst first."""
     state = state_of([5.0, 4.0, 3.0, 2.0], [9, 8, 9, 3])
-    young = np.zeros((4, 2)) + [[1.0, 0], [2, 0], [3, 0], [4, 0]]
+    young = np.array([[1.0, 0], [2, 0], [3, 0], [4, 0]])
     results = Results(young, np.array([1.0, 0.5, -np.inf, 0.2]))
     found = AgeFitness().tell(state, results, context())
     # On the first front: 5 (age 10), 4 (9), 2 (4), and the newest with 1.
