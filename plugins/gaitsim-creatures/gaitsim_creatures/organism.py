@@ -284,8 +284,9 @@ class Creature(Organism):
             lengths[axis] if isinstance(axis, str) and axis in lengths else length
             for axis, length in zip(axes, values.shape[1:], strict=True)
         ]
-        target = channels.setdefault(name, np.zeros((count, *shape), values.dtype))
-        target[np.ix_(members, *map(np.arange, values.shape[1:]))] = values
+        if name not in channels:
+            channels[name] = np.zeros((count, *shape), values.dtype)
+        channels[name][np.ix_(members, *map(np.arange, values.shape[1:]))] = values
 
     def _simulation(self, bodies: Bodies, row: int) -> Simulation:
         count = int(bodies.counts[row])
@@ -322,17 +323,13 @@ class Creature(Organism):
 
     def play(self, joint_angles: Array) -> Motion:
         """Move the body of a plan with the given commands, clipped to the reach of the hinges."""
+        if self.body == EVOLVE:
+            return super().play(joint_angles)  # an error
         check_joint_angles(joint_angles, len(self.joint_names()))
         reach = load_modules(self.modules).reach
         angles = np.clip(joint_angles.astype(np.float64), -reach, reach)
-        count, frequency = len(angles), angles_frequency(angles, FRAME_RATE)
-        bodies = self._plan if self.body != EVOLVE else self._bare
-        return self._follow([0] * count, bodies, angles, frequency)
-
-    @property
-    def _bare(self) -> Bodies:
-        """A core without modules."""
-        return self._tree_space.grow(np.zeros((1, self.genome_space().genes)))
+        frequency = angles_frequency(angles, FRAME_RATE)
+        return self._follow([0] * len(angles), self._plan, angles, frequency)
 
     @property
     def can_play(self) -> bool:
