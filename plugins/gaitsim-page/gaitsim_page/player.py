@@ -33,18 +33,23 @@ def write_page(
     """
     check_folder(path)
     data = page(individuals, run)
-    if len(data) > MAX_BYTES:
-        raise GaitsimError(
-            f"a page of {len(data):,} bytes is too large for browsers",
-            where=str(path),
-            allowed=f"at most {MAX_BYTES:,} bytes",
-            remedy="choose fewer individuals, or a shorter motion",
-        )
+    check_size(data, path, "choose fewer individuals, or a shorter motion")
     write_bytes(path, data)
     one = individuals[0]
     what = one.label if len(individuals) == 1 else f"{len(individuals)} champions side by side"
     seconds = max((len(i.skeleton.segments) - 1) / i.skeleton.frame_rate for i in individuals)
     return f"{what}, {seconds:.1f} s, {len(data) / 1e3:,.0f} kB, for any browser"
+
+
+def check_size(data: bytes, path: Path, remedy: str) -> None:
+    """Raise a `GaitsimError` for a page that is too large for browsers."""
+    if len(data) > MAX_BYTES:
+        raise GaitsimError(
+            f"a page of {len(data):,} bytes is too large for browsers",
+            where=str(path),
+            allowed=f"at most {MAX_BYTES:,} bytes",
+            remedy=remedy,
+        )
 
 
 def page(

@@ -3,7 +3,6 @@
 import base64
 import json
 import math
-import zlib
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
@@ -23,6 +22,7 @@ from gaitsim.plugin.runs import (
 from gaitsim_page import assets
 from gaitsim_page.atlas import rig_of, rigged_body
 from gaitsim_page.document import asset, document, program_version
+from gaitsim_page.packing import deflated
 from gaitsim_page.player import themes
 from gaitsim_spider import body
 from gaitsim_spider.damage import damaged_anatomy
@@ -110,8 +110,8 @@ def _worker_data(found: Experiment) -> dict[str, Any]:
         "module": base64.b64encode((files(assets) / FILE).read_bytes()).decode(),
         "size": MEMORY.itemsize,
         "fields": {name: _field(*one[:2]) for name, one in (MEMORY.fields or {}).items()},
-        "memory": _deflated(_memory(options["frequency"]).tobytes()),
-        "legs": _deflated(_legs().tobytes()),
+        "memory": deflated(_memory(options["frequency"]).tobytes()),
+        "legs": deflated(_legs().tobytes()),
         "legNames": body.LEGS,
         "lower": space.lower.tolist(),
         "upper": space.upper.tolist(),
@@ -135,11 +135,6 @@ def _field(dtype: np.dtype[Any], place: int) -> tuple[int, int, str]:
     """Return the place, the size and the type of the numbers of a field of the memory."""
     base, shape = dtype.subdtype or (dtype, ())
     return place, math.prod(shape), base.str[1:]
-
-
-def _deflated(data: bytes) -> str:
-    deflate = zlib.compressobj(9, zlib.DEFLATED, -zlib.MAX_WBITS)
-    return base64.b64encode(deflate.compress(data) + deflate.flush()).decode()
 
 
 def _memory(frequency: float) -> np.ndarray[Any, Any]:

@@ -3,6 +3,7 @@
 //   gaitsim.register(kind, (data, root) => …)   add a kind of page; `start` calls the function
 //   gaitsim.start(kind, data, root)             build a page in an element; called by boot.js
 //   await gaitsim.unpack(packed)                {shape, values: Float64Array}, see packing.py
+//   await gaitsim.unpackJson(packed)            the value, see packing.py
 //   new gaitsim.Stage(canvas, theme)            throws without WebGL 2; .add(body), .remove(body),
 //     .setGround(ground), .theme = theme, .frame(box) fits the picture, .view("iso" | "side" | "top"),
 //     .lookAt(point), .follow(point, seconds) smoothly, .request() draws once,
@@ -45,6 +46,7 @@ globalThis.gaitsim = Object.freeze({
   register: (kind, build) => void kinds.set(kind, build),
   start,
   unpack,
+  unpackJson,
   rgb,
   clamp,
   numeral,

@@ -1,4 +1,4 @@
-// Unpacking of arrays packed by packing.py.
+// Unpacking of arrays and JSON packed by packing.py.
 
 /**
  * @typedef {{shape: number[], step: number, data: string}} Packed
@@ -46,4 +46,13 @@ async function unpack(packed) {
     values[i] = step * (sums[i % across] += difference);
   }
   return { shape, values };
+}
+
+/**
+ * Unpack JSON.
+ * @param {string} packed
+ * @returns {Promise<any>}
+ */
+async function unpackJson(packed) {
+  return JSON.parse(new TextDecoder().decode(await inflate(bytesOf(packed))));
 }
