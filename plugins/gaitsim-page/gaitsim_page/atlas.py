@@ -5,20 +5,36 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gaitsim.plugin import Rig, RunError, contract_error, plugin_errors
+from gaitsim.plugin import Genomes, Rig, RunError, contract_error, plugin_errors
 from gaitsim.plugin.gait import check_folder
-from gaitsim.plugin.pictures import VIRIDIS, ArchiveView, colour_scale_low, require_archive
-from gaitsim.plugin.runs import Individual, Member, RunSnapshot, command, write_bytes
-from gaitsim_page.clips import clip_data
+from gaitsim.plugin.pictures import (
+    VIRIDIS,
+    ArchiveView,
+    clip_of,
+    colour_scale_low,
+    require_archive,
+)
+from gaitsim.plugin.runs import (
+    Experiment,
+    Individual,
+    Member,
+    RunSnapshot,
+    command,
+    write_bytes,
+)
+from gaitsim_page.clips import body_data
 from gaitsim_page.document import asset, document, program_version
-from gaitsim_page.gaits import gaits_data
-from gaitsim_page.packing import Packed, pack
-from gaitsim_page.player import themes
+from gaitsim_page.gaits import gaits_data, map_genomes, strides_data, strides_of
+from gaitsim_page.packing import Packed, pack, pack_json
+from gaitsim_page.player import check_size, themes
 
 SCRIPTS = ("rig.js", "gaits.js", "cells.js", "gait_list.js", "atlas.js")
 _PRINTED_STEP = 1e-4  # rounding of numbers that are only printed, as a share of their range
-_FRAME_FIELDS = ("points", "poses", "centre", "angles", "ground", "measures", "terms")
+# Fields of a body in motion that a page of many gaits does not need.
+_CAPTION_FIELDS = ("title", "details", "tag", "said")
+_MOTION_FIELDS = ("frameRate", "frames", "points", "poses", "centre", "ground")
 
 Json = dict[str, Any]
 
@@ -50,11 +66,13 @@ def write_atlas(
         scripts,
         description=data["description"],
     )
+    check_size(page, path, "evolve an archive with fewer cells")
     write_bytes(path, page)
     gaits = data["gaits"]
-    how = "no motions, which need joint angles and one rig for all"
+    how = "no motions, which need joint angles and a rig"
     if gaits is not None:
-        how = f"joint angles within {gaits['error']:.2g} rad"
+        own = "a body for each, " if data["bodies"] else ""
+        how = f"{own}joint angles within {gaits['error']:.2g} rad"
     gaits_of = f"{data['count']:,} gait{'s' * (data['count'] != 1)}"
     return f"{gaits_of}, {how}, {len(page) / 1e6:.2f} MB, for any browser"
 
@@ -76,12 +94,15 @@ def atlas_data(
             allowed="a run of a search that provides the cells of its archive",
         )
     best = run.individual(Member(view.best))
-    # All gaits on the page share one rig.
-    rig = rig_of(best) if best.embodied is best else None
+    shared = best.embodied is best
+    rig = rig_of(best)
     low, below = colour_scale_low(members.scores)
-    gaits = None
-    if rig is not None:
+    gaits, bodies = None, None
+    if rig is not None and shared:
         gaits = gaits_data(best.experiment, members.genomes, workers, begin=begin, advance=advance)
+    elif rig is not None and best.joint_angles is not None:
+        begin(len(members.genomes))
+        gaits, bodies = _own_gaits(best.experiment, members.genomes, workers, advance)
     name = run.path.resolve().name
     return {
         "title": name,
@@ -101,7 +122,8 @@ def atlas_data(
         "pairs": [[view.names.index(one) for one in pair] for pair in view.pairs],
         "raster": _raster(view),
         "gaits": gaits,
-        "body": None if gaits is None or rig is None else rigged_body(best, rig),
+        "body": None if gaits is None or rig is None or bodies else rigged_body(best, rig),
+        "bodies": bodies,
     }
 
 
@@ -113,6 +135,38 @@ def rig_of(individual: Individual) -> Rig | None:
     if not (rig is None or isinstance(rig, Rig)):
         raise contract_error(entry, f"returned a {type(rig).__name__} from rig()", "a Rig or None")
     return rig
+
+
+def _own_gaits(
+    experiment: Experiment,
+    genomes: Genomes,
+    workers: int | None,
+    advance: Callable[[int], object],
+) -> tuple[Json, str]:
+    """Return strides with their numbers of joints, and the packed bodies of individuals."""
+    found = map_genomes(experiment, genomes, _bodies_and_strides, workers, advance)
+    bodies, rates, counts, *strides = found
+    data = {"frameRate": float(rates[0]), "counts": pack(counts[None], 1.0)}
+    return data | strides_data(*strides), pack_json(bodies.tolist())
+
+
+def _bodies_and_strides(experiment: Experiment, genomes: Genomes) -> tuple[NDArray[Any], ...]:
+    """Return the bodies, frame rates and numbers of joints of individuals, and their strides.
+
+    The body of an individual without a rig is None, and its stride has no joints.
+    """
+    ones = [Individual(experiment, 0.0, {}, genome=genome) for genome in genomes]
+    bodies, motions = np.empty(len(ones), object), []
+    for number, one in enumerate(ones):
+        rig = rig_of(one)
+        bodies[number] = None if rig is None else rigged_body(one, rig)
+        angles = None if rig is None else one.joint_angles
+        if angles is None or not angles.size:
+            angles = np.zeros((1, 0))
+        motions.append(np.nan_to_num(angles))
+    rates = np.array([one.motion.frame_rate for one in ones])
+    counts = np.array([angles.shape[1] for angles in motions])
+    return bodies, rates, counts, *strides_of(motions)
 
 
 def _axis(view: ArchiveView, name: str, unit: str) -> Json:
@@ -145,14 +199,15 @@ def _row(values: Any) -> Packed:
 
 def rigged_body(individual: Individual, rig: Rig) -> Json:
     """Return the drawn shape and the rig of a body."""
-    experiment, skeleton = individual.experiment, individual.skeleton
-    if (rig.joints, rig.names) != (experiment.organism.joint_names(), skeleton.names):
+    experiment, body, skeleton = individual.experiment, individual.body, individual.skeleton
+    if (rig.joints, rig.names) != (body.joint_names(), skeleton.names):
         raise contract_error(
             experiment.entries["organism"],
             "has a rig whose joints or segments differ from the body's",
             "the joints of joint_names() and the segments of the skeleton, in the same order",
         )
-    clip = {key: value for key, value in clip_data(individual).items() if key not in _FRAME_FIELDS}
+    found, hidden = body_data(clip_of(individual)), _CAPTION_FIELDS + _MOTION_FIELDS
+    clip = {key: value for key, value in found.items() if key not in hidden}
     contacts = skeleton.contacts
     if clip["feet"]:
         clip["feet"] = {k: v for k, v in clip["feet"].items() if k not in ("points", "touching")}
@@ -164,7 +219,7 @@ def rigged_body(individual: Individual, rig: Rig) -> Json:
     return {
         "clip": clip,
         "stand": max(stand, 0.0),
-        "rests": not experiment.organism.dynamic,
+        "rests": not body.dynamic,
         "links": [
             {
                 "parent": index.get(link.parent, -1),

@@ -1,6 +1,6 @@
 """The gaits of many individuals as compact data from which a page computes their motions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -110,21 +110,11 @@ def gaits_data(
     some = genomes[np.unique(np.linspace(0, len(genomes) - 1, SAMPLE_SIZE).astype(int))]
     angles, rate = _angles(experiment, some)
     shared: Json = {"joints": list(experiment.organism.joint_names()), "frameRate": rate}
-
-    def map_all(work: Callable[..., tuple[Floats, ...]]) -> list[Floats]:
-        parts: list[tuple[Floats, ...]] = []
-        with Evaluator(experiment, workers) as evaluator:
-            step = 2 * evaluator.workers * _CHUNK
-            for start in range(0, len(genomes), step):
-                some = genomes[start : start + step]
-                parts += evaluator.map(work, np.split(some, range(_CHUNK, len(some), _CHUNK)))
-                advance(len(some))
-        return [np.concatenate(column) for column in zip(*parts, strict=True)]
-
     waves = shared_waves(angles)
     begin(len(genomes))
     if waves is not None:
-        amounts, errors = map_all(partial(_wave_amplitudes, waves=waves))
+        work = partial(_wave_amplitudes, waves=waves)
+        amounts, errors = map_genomes(experiment, genomes, work, workers, advance)
         if errors.max() <= MAX_WAVE_ERROR:
             return shared | {
                 "form": "waves",
@@ -134,8 +124,30 @@ def gaits_data(
                 **_compact(amounts.reshape(len(genomes), -1), waves.step),
             }
         begin(2 * len(genomes))
-    periods, lengths, changes, errors = map_all(_strides)
-    return shared | {
+    return shared | strides_data(*map_genomes(experiment, genomes, _strides, workers, advance))
+
+
+def map_genomes(
+    experiment: Experiment,
+    genomes: Genomes,
+    work: Callable[..., tuple[NDArray[Any], ...]],
+    workers: int | None,
+    advance: Callable[[int], object],
+) -> list[NDArray[Any]]:
+    """Return the arrays of a function of the experiment and genomes, called for some at a time."""
+    parts: list[tuple[NDArray[Any], ...]] = []
+    with Evaluator(experiment, workers) as evaluator:
+        step = 2 * evaluator.workers * _CHUNK
+        for start in range(0, len(genomes), step):
+            some = genomes[start : start + step]
+            parts += evaluator.map(work, np.split(some, range(_CHUNK, len(some), _CHUNK)))
+            advance(len(some))
+    return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+
+def strides_data(periods: Floats, lengths: Floats, changes: Floats, errors: Floats) -> Json:
+    """Return the arrays of `strides_of` as data for a page."""
+    return {
         "form": "strides",
         "periods": pack(periods, _PERIOD_STEP),
         "lengths": pack(lengths, 1.0),
@@ -170,7 +182,14 @@ def _wave_amplitudes(
 
 
 def _strides(experiment: Experiment, genomes: Genomes) -> tuple[Floats, Floats, Floats, Floats]:
+    return strides_of(_angles(experiment, genomes)[0])
+
+
+def strides_of(motions: Iterable[Floats]) -> tuple[Floats, Floats, Floats, Floats]:
     """Return one stride of each individual.
+
+    Args:
+        motions: joint angles of each individual, (frames, joints) rad; the joints may differ.
 
     Returns:
         The periods, (individuals,) frames; the lengths, (individuals,) frames; the rounded angles
@@ -178,13 +197,13 @@ def _strides(experiment: Experiment, genomes: Genomes) -> tuple[Floats, Floats, 
         and the largest error of each individual, rad.
     """
     periods, lengths, changes, errors = [], [], [], []
-    for angles in _angles(experiment, genomes)[0]:
+    for angles in motions:
         period, stride = stride_of(angles)
         steps = np.rint(stride / _STRIDE_STEP)
         periods.append(period)
         lengths.append(len(stride))
         changes.append(np.diff(steps, axis=0, prepend=0.0).T.ravel() * _STRIDE_STEP)
-        errors.append(np.abs(steps * _STRIDE_STEP - stride).max())
+        errors.append(np.abs(steps * _STRIDE_STEP - stride).max(initial=0.0))
     return np.array(periods), np.array(lengths), np.concatenate(changes), np.array(errors)
 
 

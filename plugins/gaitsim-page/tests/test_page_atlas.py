@@ -1,18 +1,21 @@
 """Pages of archives: all cells, and the same gaits as in Python."""
 
 import json
+from itertools import product
 
 import numpy as np
 import pytest
-from javascript import CHROMIUM
+from javascript import CHROMIUM, call
 
+from gaitsim.contracts.quaternions import rotated
 from gaitsim.errors import NothingToPlotError
 from gaitsim.evaluation.scoring import move_genomes
 from gaitsim.experiment import load_experiment
 from gaitsim.individual import Member
 from gaitsim.render.archive_view import ArchiveView
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim_page.atlas import atlas_data, write_atlas
+from gaitsim_page.atlas import SCRIPTS, atlas_data, rig_of, write_atlas
+from gaitsim_page.document import asset
 from gaitsim_page.gaits import MAX_WAVE_ERROR, SETTLED, gaits_data, stride_of
 from gaitsim_page.packing import unpack
 
@@ -37,6 +40,25 @@ def in_strides(data):
         part.reshape(len(data["joints"]), length).cumsum(axis=1).T
         for part, length in zip(parts, lengths, strict=True)
     ]
+
+
+PLACING = """
+const bodies = data.bodies ? await unpackJson(data.bodies) : [data.body];
+const gaits = await Gaits.read(data.gaits);
+return [...Array(data.count).keys()].map((i) => {
+  const shape = bodies[data.bodies ? i : 0];
+  const angles = gaits.at(i, 0);
+  const pose = shape && new Rig(shape).place(angles);
+  return pose && { ...pose, angles: [...angles], points: [...pose.points] };
+});
+"""
+
+
+def placed_by_page(data):
+    """Return the pose of each gait at the start, as a page places it, with its joint angles."""
+    scripts = [asset(name) for name in ("unpack.js", *SCRIPTS[:2])]
+    gaitsim = "const gaitsim = { unpack };"
+    return call("\n".join([*scripts, gaitsim]), PLACING, json.loads(json.dumps(data)))
 
 
 def test_gaits_of_one_frequency_are_sums_of_two_waves():
@@ -103,10 +125,55 @@ def test_a_map_without_joint_angles_has_all_cells(puppet_run, tmp_path, cells):
     assert "no motions" in summary
 
 
-def test_gaits_with_bodies_of_their_own_share_no_rig(gaitsim, tmp_path):
-    options = "--generations", "1", "--population", "20", "--out", "run"
-    gaitsim("run", "spider-atlas", "--set", "organism.evolve=['femur']", *options)
-    assert atlas_data(RunSnapshot(tmp_path / "run"))["gaits"] is None
+SMALL = "--generations", "1", "--population", "20", "--out", "run"
+OWN = {
+    "creature-zoo": ("organism.duration=1", "organism.most=6"),
+    "hexapod-atlas": ("organism.duration=1", "organism.evolve=['tibia']"),
+    "spider-atlas": ("organism.evolve=['femur']",),
+}
+
+
+@pytest.mark.parametrize("preset", OWN)
+def test_gaits_with_bodies_of_their_own_are_placed_as_in_python(preset, gaitsim, tmp_path):
+    gaitsim("run", preset, *(part for one in OWN[preset] for part in ("--set", one)), *SMALL)
+    run = RunSnapshot(tmp_path / "run")
+    data = atlas_data(run, workers=1)
+    assert data["body"] is None
+    poses = placed_by_page(data)
+    assert len(poses) == len(run.members.scores) > 1
+    assert len({json.dumps(spans(pose["feet"]).round(6).tolist()) for pose in poses}) > 1
+    for number, pose in enumerate(poses, 1):
+        one = run.individual(Member(number))
+        assert len(pose["angles"]) == len(one.body.joint_names())
+        if pose["angles"]:
+            apart = np.abs(one.joint_angles - pose["angles"]).max(axis=1)
+            assert apart.min() <= HALF_STEP + 1e-9
+        rig = rig_of(one)
+        placed = rig.place(np.array(pose["angles"]))
+        assert spans(pose["feet"]) == pytest.approx(spans(placed.feet), abs=1e-6)
+        if len(placed.poses):  # level, and raised as a whole
+            moved = np.reshape(pose["poses"], (-1, 7)) - placed.poses
+            assert np.ptp(moved, axis=0) == pytest.approx(0.0, abs=1e-6)
+        if preset == "creature-zoo":  # on its lowest corner
+            corners = [
+                place[:3] + rotated(place[3:], np.array(sign) * solid.size)
+                for place, solid in zip(np.reshape(pose["poses"], (-1, 7)), rig.solids, strict=True)
+                for sign in product((-1, 1), repeat=3)
+            ]
+            assert min(z for _, _, z in corners) == pytest.approx(0.0, abs=1e-6)
+
+
+def spans(feet):
+    """Return the distances between feet, (feet, feet) m."""
+    feet = np.reshape(feet, (-1, 3))
+    return np.linalg.norm(feet[:, None] - feet, axis=-1)
+
+
+def test_gaits_of_one_body_share_its_rig(bundled):
+    data = atlas_data(bundled("spider-atlas"), workers=1)
+    assert data["bodies"] is None
+    assert "counts" not in data["gaits"]
+    assert data["body"]["rests"]
 
 
 def test_a_search_without_an_archive_is_rejected(puppet_run):

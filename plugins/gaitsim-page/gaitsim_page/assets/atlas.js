@@ -14,12 +14,12 @@ class Atlas {
     const [scores, raster] = [await numbers(data.scores), await numbers(data.raster)];
     const highest = scores.reduce((one, other) => Math.max(one, other), -Infinity);
     const gaits = data.gaits && (await Gaits.read(data.gaits));
-    return new Atlas({ ...data, axes, scores, raster, highest }, gaits, root);
+    const bodies = data.bodies && (await gaitsim.unpackJson(data.bodies));
+    return new Atlas({ ...data, axes, scores, raster, highest, bodies }, gaits, root);
   }
 
   constructor(data, gaits, root) {
     Object.assign(this, { data, gaits });
-    this.rig = data.body && new Rig(data.body);
     this.themes = new gaitsim.Themes(data.theme, (theme) => this._paint(theme));
     this.announcer = new gaitsim.Announcer();
     this.clock = new gaitsim.Clock(1);
@@ -36,12 +36,12 @@ class Atlas {
     side.append(this._legend(), this.map.canvas, this.hint);
     const panel = element("section", { class: "panel", "aria-label": "Gait" }, this.facts);
     panel.append(this.list.root, notesOf(data));
-    this.root = element("div", { class: this.rig ? "atlas" : "atlas flat" }, side);
-    if (this.rig) this.root.append(...this._picture(actions));
+    this.root = element("div", { class: gaits ? "atlas" : "atlas flat" }, side);
+    if (gaits) this.root.append(...this._picture(actions));
     this.root.append(panel);
     root.replaceChildren(this.root, this.announcer.root);
-    if (this.rig) this._open();
-    if (this.rig) gaitsim.listenToKeys(actions);
+    if (gaits) this._open();
+    if (gaits) gaitsim.listenToKeys(actions);
     this._axes(data.pairs[0] ?? [0]);
     this.select(this.map.order.at(-1), false);
     this._paint(this.themes.theme);
@@ -112,12 +112,25 @@ class Atlas {
       gaitsim.withoutPicture(this.canvas, "The map and the numbers are still available.");
       return;
     }
-    const { clip } = this.data.body;
     this.ground = new gaitsim.Ground(null, 0, null);
-    this.body = new gaitsim.Body({ ...clip, floor: 0 }, theme, 0, 0, this.ground);
-    this.stage.add(this.body);
     this.stage.setGround(this.ground);
-    this.body.show(this.rig.place(this.gaits.at(this.map.order.at(-1), 0)));
+    this._embody(this.map.order.at(-1));
+  }
+
+  /** Put the body of a gait on the stage, unless it is there. @param {number} member */
+  _embody(member) {
+    const shape = this.data.bodies ? this.data.bodies[member] : this.data.body;
+    if (shape === this.shape) return;
+    this.shape = shape;
+    if (this.body) this.stage.remove(this.body);
+    this.body = null;
+    if (!shape) return;
+    this.rig = new Rig(shape);
+    const clip = { ...shape.clip, floor: 0 };
+    if (this.rig.boxes) clip.feet = null; // they are inside the boxes
+    this.body = new gaitsim.Body(clip, this.themes.theme, 0, 0, this.ground);
+    this.stage.add(this.body);
+    this.body.show(this.rig.place(this.gaits.at(member, 0)));
     const { low, high, middle } = this.body.box;
     const box = new gaitsim.Box();
     for (const end of [low, high]) box.add(...end.map((value, i) => 1.15 * (value - middle[i])));
@@ -189,7 +202,9 @@ class Atlas {
         element(
           "p",
           { class: "details" },
-          "The motion ended, perhaps in a fall, before the gait repeated.",
+          gaits.jointsOf(member)
+            ? "The motion ended, perhaps in a fall, before the gait repeated."
+            : "This body has no joints.",
         ),
       );
     this.list.selected = member;
@@ -197,6 +212,7 @@ class Atlas {
     if (!gaits) return;
     this.clock.end = gaits.seconds(member);
     this.clock.now = 0;
+    if (this.stage) this._embody(member);
     this._show();
   }
 
@@ -234,7 +250,7 @@ class Atlas {
   _show() {
     if (!this.stage) return;
     this.controls.readout.textContent = gaitsim.secondsText(this.clock.now);
-    this.body.show(this.rig.place(this.gaits.at(this.member, this.clock.now)));
+    this.body?.show(this.rig.place(this.gaits.at(this.member, this.clock.now)));
     this.stage.request();
   }
 

@@ -85,18 +85,21 @@ class GaitList {
  * Return notes on the content and the accuracy of the page.
  * @param {object} atlas data of the page
  */
-function notesOf({ gaits, made, axes, count, body }) {
+function notesOf({ gaits, made, axes, count, body, bodies }) {
   const degrees = (angle) => numeral((angle * 180) / Math.PI, 2);
   const words = [];
   if (axes.length > 2)
     words.push("A cell of the map shows the best gait across all other axes.");
-  if (!body)
+  if (!gaits)
     words.push("The page cannot move this body, which lacks joint angles or links to move.");
   else {
+    const shown = bodies ? "Each gait is shown on its own body, which" : "The body";
+    const { body: shape, boxes } = new Rig(body ?? bodies.find(Boolean));
+    const lowest = boxes ? "corner" : "foot";
     words.push(
-      (body.rests
-        ? "The body is held in place and leans as it rests on its feet. The "
-        : "The body is held in place, with its lowest foot on the ground and its trunk level. The ") +
+      (shape.rests
+        ? `${shown} is held in place and leans as it rests on its feet. The `
+        : `${shown} is held in place, with its lowest ${lowest} on the ground and its trunk level. The `) +
         "score and the values show how far and how straight it goes; the picture does not.",
     );
     words.push(

@@ -6,14 +6,16 @@ class Gaits {
    * @returns {Promise<Gaits>}
    */
   static async read(data) {
-    const names = ["amounts", "waves", "periods", "lengths"].filter((name) => data[name]);
+    const names = ["amounts", "waves", "periods", "lengths", "counts"].filter((name) => data[name]);
     const found = await Promise.all(names.map((name) => gaitsim.unpack(data[name])));
     const arrays = Object.fromEntries(names.map((name, i) => [name, found[i].values]));
     return new Gaits(data, arrays);
   }
 
-  constructor(data, { amounts, waves, periods, lengths }) {
-    this.joints = data.joints.length;
+  constructor(data, { amounts, waves, periods, lengths, counts }) {
+    /** Number of joints of each gait; null if all have those of one body. */
+    this.counts = counts ?? null;
+    this.shared = data.joints?.length;
     this.rate = data.frameRate;
     this.exact = data.form === "waves";
     this.lowest = data.lowest;
@@ -24,9 +26,16 @@ class Gaits {
     } else {
       this.lengths = lengths;
       this.starts = [0];
-      for (const length of lengths) this.starts.push(this.starts.at(-1) + length * this.joints);
+      lengths.forEach((length, member) =>
+        this.starts.push(this.starts.at(-1) + length * this.jointsOf(member)),
+      );
     }
     this.held = { member: -1, stride: new Float64Array(0) };
+  }
+
+  /** @param {number} member counted from 0 @returns {number} */
+  jointsOf(member) {
+    return this.counts ? this.counts[member] : this.shared;
   }
 
   /** @param {number} member counted from 0 @returns {number} time until the gait repeats, s */
@@ -67,15 +76,16 @@ class Gaits {
    * @returns {Float64Array} joint angles, rad
    */
   atFrame(member, frame) {
-    const angles = new Float64Array(this.joints);
+    const joints = this.jointsOf(member);
+    const angles = new Float64Array(joints);
     if (!this.exact) {
       const stride = this._stride(member);
       const length = this.lengths[member];
       return angles.map((_, joint) => stride[joint * length + frame]);
     }
     const { amounts, waves, count, frames, lowest } = this;
-    let at = member * this.joints * count;
-    for (let joint = 0; joint < this.joints; joint++)
+    let at = member * joints * count;
+    for (let joint = 0; joint < joints; joint++)
       for (let wave = 0; wave < count; wave++)
         angles[joint] += (amounts[at++] + lowest) * waves[wave * frames + frame];
     return angles;

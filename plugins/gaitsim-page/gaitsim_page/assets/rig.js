@@ -63,6 +63,16 @@ function resting(soles) {
   return turn;
 }
 
+/**
+ * Return how far a box reaches below its middle, m.
+ * @param {ArrayLike<number>} turn w, x, y, z
+ * @param {ArrayLike<number>} half half lengths, m
+ */
+function depthOf([w, x, y, z], [a, b, c]) {
+  const sides = [2 * a * (x * z - w * y), 2 * b * (y * z + w * x), c * (1 - 2 * (x * x + y * y))];
+  return sides.reduce((sum, side) => sum + Math.abs(side), 0);
+}
+
 class Rig {
   /** @param {object} body body in the page's data, see atlas.py */
   constructor(body) {
@@ -70,11 +80,14 @@ class Rig {
     this.count = body.clip.ends.length ? Math.max(...body.clip.ends) + 1 : 0;
     // Maximum height of feet on the ground, m.
     this.near = (body.rests ? 0.004 : 0.01) * body.clip.span;
+    const { solids } = body.clip;
+    // A body of boxes alone, such as a creature, touches the ground with any of them.
+    this.boxes = solids.length > 0 && solids.every(({ shape }) => shape === "box");
   }
 
   /**
    * Place the body at joint angles, with its lowest foot on the ground and its trunk above 0. A
-   * body that rests on its feet leans; others are level.
+   * body that rests on its feet leans; others are level. A body of boxes lies on the lowest corner.
    * @param {ArrayLike<number>} angles rad
    * @param {number} lost index of a foot on which the body does not rest
    * @returns {object} a pose for gaitsim.Body
@@ -112,14 +125,16 @@ class Rig {
     const ends = segments.flatMap(([link, one, other]) => [at(link, one), at(link, other)]);
     const lowest = kept.length ? kept.map(([link, point]) => at(link, point)) : ends;
     const low = Math.min(...lowest.map(([, , z]) => z));
-    const up = stand - low;
+    const placed = solids.map(([link, pose]) => [
+      at(link, pose),
+      product(turns[link], pose.slice(3)),
+    ]);
+    const bottom = ([[, , z], turn], i) => z - depthOf(turn, clip.solids[i].size);
+    const up = this.boxes ? -Math.min(...placed.map(bottom)) : stand - low;
     const points = new Float64Array(3 * this.count);
     if (this.count)
       ends.forEach(([x, y, z], end) => points.set([x, y, z + up], 3 * clip.ends[end]));
-    const poses = solids.flatMap(([link, pose]) => {
-      const [x, y, z] = at(link, pose);
-      return [x, y, z + up, ...product(turns[link], pose.slice(3))];
-    });
+    const poses = placed.flatMap(([[x, y, z], turn]) => [x, y, z + up, ...turn]);
     return {
       points,
       poses,
