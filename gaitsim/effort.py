@@ -96,10 +96,11 @@ def channel_of(individual: Individual, name: str) -> Floats:
 
 def gait_warnings(individual: Individual) -> tuple[str, ...]:
     """Return the warnings of the body about an individual; () for a gait from a file."""
-    if individual.genome is None:
+    genome = individual.embodied.genome
+    if genome is None:
         return ()
     with plugin_errors(individual.experiment.entries["organism"], "checking a gait for mistakes"):
-        return tuple(individual.experiment.organism.gait_warnings(individual.genome.copy()))
+        return tuple(individual.body.gait_warnings(genome.copy()))
 
 
 def warnings_of(individual: Individual) -> tuple[str, ...]:

@@ -281,7 +281,7 @@ class Organism(Plugin):
         UI show them.
 
         Args:
-            genome: genome of one individual, (genes,).
+            genome: genome of one individual, (genes,), without genes of its body; see `embody`.
         """
         return ()
 
@@ -336,7 +336,7 @@ class Organism(Plugin):
         """Return a gait as a rhythm with its reflexes, for export; None for other bodies.
 
         Args:
-            genome: genome of one individual, (genes,).
+            genome: genome of one individual, (genes,), without genes of its body; see `embody`.
         """
         return None
 

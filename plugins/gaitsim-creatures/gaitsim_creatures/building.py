@@ -109,9 +109,9 @@ def creature_anatomy(
     length = float(extents[:2].max())
     stance = np.zeros(7 + len(hinges))
     stance[2], stance[3] = CLEARANCE - low[2], 1.0
-    arm = (table.hinge.arm[0] / 2, 0.0, 0.0)
+    tip = (table.hinge.arm[0], 0.0, 0.0)
     legs = [Leg(TRUNK, "middle", (), TRUNK, (0.0, 0.0, -table.core.size[2] / 2))]
-    legs += [Leg(name, "middle", (), name, arm) for name in hinges]
+    legs += [Leg(name, "middle", (), name, tip) for name in hinges]
     bricks = int((modules[:, 0] == BRICK).sum())
     mass = table.core.mass + bricks * table.brick.mass
     mass += len(hinges) * (table.hinge.base_mass + table.hinge.arm_mass)

@@ -83,9 +83,9 @@ def controller_of(individual: Individual) -> Controller:
         GaitsimError: the body has no controllers, or the individual has no genome.
     """
     check_controller(individual)
-    organism, entry = individual.experiment.organism, individual.experiment.entries["organism"]
+    entry, own = individual.experiment.entries["organism"], individual.embodied
     with plugin_errors(entry, "returning the controller of a gait"):
-        found = organism.controller(np.asarray(individual.genome))
+        found = own.body.controller(np.asarray(own.genome))
     if found is None:
         raise _no_controller(individual)
     return found

@@ -598,9 +598,6 @@ class Robot(Organism):
         """Return a warning about commands of the drive beyond what a gait can do."""
         if not self.drive:
             return ()
-        if self._evolving[0]:
-            body, genes = self.embody(genome)
-            return body.gait_warnings(genes)
         found = clipped_commands(self.drive, self._gaits(genome[None])[0])
         return (found,) if found else ()
 
@@ -736,9 +733,6 @@ class Robot(Organism):
 
     def controller(self, genome: Genomes) -> Controller:
         """Return a gait as a rhythm with its reflexes, with commands as the simulation walks."""
-        if self._evolving[0]:
-            body, genes = self.embody(genome)
-            return body.controller(genes)
         rhythm, evolved, weights = self.calibrated(genome)._gaits(genome[None])
         reflexes = {name: select_options(reflex, 0) for name, reflex in evolved.items()}
         states = {
@@ -754,8 +748,6 @@ class Robot(Organism):
             "fastest_stride": min(max(self.fastest_stride, frequency), FASTEST),
             "reflexes": self.reflexes or {"heading": {}},
         }
-        if self._evolving[0]:
-            options |= {"evolve": self._evolving[1], "ranges": {}}
         robot = self.model_copy(update=options)
         genome, angles = robot._encoding.fit(joint_angles, frequency, frame_rate)
         genome = np.concatenate([genome, robot._reflex_genes.start])
@@ -771,13 +763,7 @@ class Robot(Organism):
         return plain, np.concatenate([genes[0], genes[2]], axis=1)
 
     def calibrated(self, genome: Genomes) -> Self:
-        """Return the robot with the `command_gains` of a gait, measured in its nominal world.
-
-        It has the dimensions of the individual.
-        """
-        if self._evolving[0]:
-            body, genes = self.embody(genome)
-            return body.calibrated(genes)
+        """Return the robot with the `command_gains` of a gait, measured in its nominal world."""
         nominal: dict[str, Any] = {"drive": (), "reflexes": {}, "world": {}, "horns": {}}
         plain = self.model_copy(update={**nominal, "duration": CALIBRATION_TIME})
         genes = genome[: self._encoding.genes]
@@ -871,7 +857,8 @@ class Robot(Organism):
         genome, genes = controllers["gait"], self.genome_space().genes
         if np.shape(genome) != (genes,):
             raise GaitsimError(f"the gait has shape {np.shape(genome)}, expected ({genes},)")
-        own, (_, genome) = self.calibrated(genome), self.embody(genome)
+        body, genome = self.embody(genome)
+        own = body.calibrated(genome)
         # The moment of the world's own push would depend on the length of the drive.
         world = {name: value for name, value in self.world.items() if name != "push"}
         changes = {"drive": (STANDING,), "duration": LONGEST, "world": world}

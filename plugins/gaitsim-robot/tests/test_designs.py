@@ -157,9 +157,6 @@ def test_individuals_with_reflexes_and_a_drive_move_as_alone():
     body, genes = robot.embody(genomes[2])
     alone = body.move(genes[None])
     assert np.array_equal(alone["configuration"][0], together["configuration"][2])
-    assert robot.controller(genomes[2]).rhythm.length == pytest.approx(
-        body.controller(genes).rhythm.length
-    )
     blind, plain = robot.blind(genomes)
     assert blind.genome_space().genes == plain.shape[1]
     assert plain[:, -1] == pytest.approx(genomes[:, -1])

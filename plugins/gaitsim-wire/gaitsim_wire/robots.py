@@ -99,8 +99,9 @@ def pilot_of(robot: Robot, genome: Any, *, imu: bool) -> Pilot:
                 if an_imu
                 else "play the simulated angles with --tape, or evolve the gait without the reflex",
             )
-    own = robot.calibrated(genome)
-    return own.model_copy(update={"sensors": tuple(sensors), "world": {}}).pilot(genome[None])
+    body, genes = robot.embody(genome)
+    own = body.calibrated(genes)
+    return own.model_copy(update={"sensors": tuple(sensors), "world": {}}).pilot(genes[None])
 
 
 def create_emulator(
