@@ -14,6 +14,7 @@ from gaitsim_robot.simulation import Simulation, build
 from gaitsim_robot.terrain import Lattice
 
 TRUNK = "core"
+SIDE = 1e-3  # m, distance from the middle plane of hinges on a side
 CLEARANCE = 1e-3  # m, height of the lowest point before the body settles
 COLOURS = {CORE: (0.25, 0.3, 0.35, 1.0), BRICK: (0.85, 0.6, 0.2, 1.0), HINGE: (0.2, 0.45, 0.7, 1.0)}
 
@@ -24,7 +25,7 @@ def specification(
     """Return MuJoCo's specification of a body, and the names of its hinges.
 
     Modules without a hinge between them are one rigid segment. The segment of a hinge's arm, and
-    its joint, are named after the hinge's place.
+    its joint, are named after the hinge's place, the segment with its side.
 
     Args:
         modules: rows of grown modules, (modules, 6), as in `Bodies`.
@@ -82,7 +83,9 @@ def specification(
         body, origin, axes = carrier
         quaternion = np.empty(4)
         mujoco.mju_mat2Quat(quaternion, (axes.T @ turn).ravel())
-        moving = body.add_body(name=name, pos=axes.T @ (anchor - origin), quat=quaternion)
+        moving = body.add_body(
+            name=segment_name(name, place), pos=axes.T @ (anchor - origin), quat=quaternion
+        )
         moving.add_joint(
             name=name,
             type=mujoco.mjtJoint.mjJNT_HINGE,
@@ -94,6 +97,12 @@ def specification(
         hinges.append(name)
         add(segments[-1], name, kind, arm, table.hinge.arm_mass, anchor + turn[:, 0] * arm[0] / 2)
     return spec, tuple(hinges)
+
+
+def segment_name(name: str, place: Floats) -> str:
+    """Return the name of a hinge's segment, such as 'left LF', which gives it the side's colour."""
+    side = "left " if place[1] > SIDE else "right " if place[1] < -SIDE else ""
+    return f"{side}{name}"
 
 
 def creature_anatomy(
@@ -111,7 +120,9 @@ def creature_anatomy(
     stance[2], stance[3] = CLEARANCE - low[2], 1.0
     tip = (table.hinge.arm[0], 0.0, 0.0)
     legs = [Leg(TRUNK, "middle", (), TRUNK, (0.0, 0.0, -table.core.size[2] / 2))]
-    legs += [Leg(name, "middle", (), name, tip) for name in hinges]
+    middles = places[modules[:, 0] == HINGE]
+    for name in map(segment_name, hinges, middles):
+        legs.append(Leg(name, "middle", (), name, tip))
     bricks = int((modules[:, 0] == BRICK).sum())
     mass = table.core.mass + bricks * table.brick.mass
     mass += len(hinges) * (table.hinge.base_mass + table.hinge.arm_mass)
