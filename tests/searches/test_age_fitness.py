@@ -73,7 +73,7 @@ def test_it_needs_room_for_its_newcomers():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_it_finds_the_minimum_of_a_sphere(seed):
-    """With Gaussian mutation, the best score of a sphere approaches 0."""
+    """The best score of a sphere approaches 0 with Gaussian mutation."""
     rng, search = np.random.default_rng(seed), AgeFitness()
 
     class Gaussian(Copies):

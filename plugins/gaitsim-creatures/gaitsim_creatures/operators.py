@@ -80,7 +80,7 @@ class MutateTree(Mutation):
     sigma: float = option(
         0.1, "standard deviation of such a change, as a share of the gene's range", gt=0, le=10
     )
-    symmetry: float = option(0.05, "probability that the symmetry is drawn anew", ge=0, le=1)
+    symmetry: float = option(0.05, "probability that the symmetry is redrawn", ge=0, le=1)
 
     portable: ClassVar[bool] = True
     spaces: ClassVar[tuple[type[GenomeSpace], ...]] = (TreeSpace,)

@@ -111,9 +111,15 @@ class Creature(Organism):
         "sizes, masses and servo of the modules: 'revolve2', 'robogen', 'ariel', or the path of a "
         "TOML file like those",
     )
-    most: int = option(20, "largest number of modules of a body, besides its core", ge=1, le=100)
+    most: int = option(
+        20, "largest number of modules of a body that evolves, besides its core", ge=1, le=100
+    )
     largest: float = option(
-        1.0, "largest extent of a body along an axis of its core", unit="m", gt=0.05, le=20
+        1.0,
+        "largest extent of a body that evolves, along an axis of its core",
+        unit="m",
+        gt=0.05,
+        le=20,
     )
     symmetry: Symmetry = option(
         "gene",
@@ -172,7 +178,7 @@ class Creature(Organism):
     def _plan(self) -> Bodies:
         """The body of a plan, a population of one."""
         plan = parse_plan(published().get(self.body, self.body))
-        return grow_plan(plan, load_modules(self.modules).shapes, self.largest)
+        return grow_plan(plan, load_modules(self.modules).shapes)
 
     @property
     def _servo(self) -> Servo:
@@ -315,7 +321,7 @@ class Creature(Organism):
             return self, genome
         bodies = self._tree_space.grow(genome[None])
         modules = bodies.modules[0, : bodies.counts[0]]
-        if len(modules) == 1:  # a core without modules is no plan
+        if len(modules) == 1:  # a core without modules has no plan
             return self, genome
         own = self.model_copy(update={"body": plan_text(modules)})
         found = _oscillators(genome, bodies, 0)

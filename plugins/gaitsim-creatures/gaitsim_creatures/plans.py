@@ -4,6 +4,7 @@ A module's place names the faces from the core to it: front, left, right, back, 
 plan cannot contain a cycle, or two modules on one face.
 """
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -93,13 +94,13 @@ def _invalid(what: str, remedy: str = "") -> GaitsimError:
     return GaitsimError(f"invalid body: {what}", key="body", allowed=allowed, remedy=remedy)
 
 
-def grow_plan(modules: Sequence[PlannedModule], shapes: Shapes, largest: float) -> Bodies:
+def grow_plan(modules: Sequence[PlannedModule], shapes: Shapes) -> Bodies:
     """Return the body of a plan, a population of one.
 
     Raises:
-        GaitsimError: a module has no face to sit on, collides, or makes the body too large.
+        GaitsimError: the parent of a module has no such face, or the module overlaps another one.
     """
-    space = TreeSpace(len(modules), shapes, largest, 1.0, (0.5, 1.0), "never")
+    space = TreeSpace(len(modules), shapes, math.inf, 1.0, (0.5, 1.0), "never")
     genome = np.zeros((1, space.genes))
     genome[0, 0] = 1.0
     nodes = genome[0, HEAD:].reshape(-1, WIDTH)
@@ -114,8 +115,7 @@ def grow_plan(modules: Sequence[PlannedModule], shapes: Shapes, largest: float) 
         if module.place not in grown:
             raise _invalid(
                 f"there is no room for the module {module.place!r}: its parent has no such face, "
-                "it overlaps another module, or the body becomes larger than organism.largest, "
-                f"{largest:g} m"
+                "or it overlaps another module"
             )
     return bodies
 

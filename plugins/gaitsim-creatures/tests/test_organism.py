@@ -73,7 +73,7 @@ def test_a_core_without_hinges_fails_with_a_reason() -> None:
 
 
 def test_no_energy_comes_from_nothing() -> None:
-    """What a body gains in height and speed, its servos have done."""
+    """The work of the servos exceeds the gain of potential and kinetic energy."""
     creature = Creature(duration=3.0)
     genomes = population(creature, 20, seed=5)
     motion, bodies = creature.move(genomes), creature._tree_space.grow(genomes)

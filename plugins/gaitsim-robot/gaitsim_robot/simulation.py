@@ -96,6 +96,13 @@ FRAME_RATE = 50.0  # Hz, for both commands and recorded frames
 NEAR = 0.01  # × length of the trunk; bodies this close in the standing pose never collide
 
 
+SIZES = (
+    "nq", "nv", "na", "nu", "nbody", "njnt", "ngeom", "nsite", "neq", "ntendon", "nwrap", "nmocap",
+    "nM", "nB", "nC", "nD", "nJmom", "nsensordata",
+)  # fmt: skip
+"""MuJoCo's names of the sizes of `MjData`; its signature also counts excluded pairs of bodies."""
+
+
 @dataclass(frozen=True, eq=False)
 class Simulation:
     """A robot compiled with its ground, and the indices of its quantities in MuJoCo's arrays.
@@ -161,7 +168,8 @@ class Simulation:
             RuntimeError: a model has other parts, with which MuJoCo's rollout would overwrite
                 foreign memory.
         """
-        if any(body.model.signature != self.model.signature for body in bodies):
+        own = [getattr(self.model, name) for name in SIZES]
+        if any([getattr(body.model, name) for name in SIZES] != own for body in bodies):
             raise RuntimeError("a robot with other dimensions has other bodies, joints or sensors")
         return replace(self, bodies=tuple(bodies))
 

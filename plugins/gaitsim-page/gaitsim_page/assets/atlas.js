@@ -117,7 +117,7 @@ class Atlas {
     this._embody(this.map.order.at(-1));
   }
 
-  /** Put the body of a gait on the stage, unless it is there. @param {number} member */
+  /** Put the body of a gait on the stage, if another is on it. @param {number} member */
   _embody(member) {
     const shape = this.data.bodies ? this.data.bodies[member] : this.data.body;
     if (shape === this.shape) return;

@@ -631,7 +631,7 @@ def test_evolving_dimensions(entry: Entry, body: Organism, space: GenomeSpace) -
 
 
 def test_joints_that_differ(body: Organism, motion: Motion, genomes: Genomes) -> None:
-    """With the channel `present`, individuals have the joints of their own bodies; padding is 0."""
+    """Joints of the channel `present` are those of the individual's own body; padding is 0."""
     if PRESENT not in body.channels:
         return
     require(
