@@ -231,9 +231,10 @@ def test_the_message_names_joints_in_one_place(tmp_path):
 def test_designs_have_as_many_states_and_sensors(tmp_path):
     robot = Robot(model="quadruped")
     other = load_file(tmp_path, HEXAPOD)
-    pair = mujoco.MjSpec.from_string(robot.text)
-    pair.add_exclude(bodyname1=pair.bodies[3].name, bodyname2=pair.bodies[6].name)
-    same = Robot(model=pair.to_xml()).simulation  # no other sizes, but another signature
+    first, second = (robot.simulation.model.body(index).name for index in (2, 8))
+    pair = f'<contact><exclude body1="{first}" body2="{second}"/></contact></mujoco>'
+    # No other sizes, but another signature.
+    same = Robot(model=robot.text.replace("</mujoco>", pair)).simulation
     assert same.model.signature != robot.simulation.model.signature
     assert robot.simulation.of_bodies([same]).bodies == (same,)
     with pytest.raises(RuntimeError, match="other bodies, joints or sensors"):
