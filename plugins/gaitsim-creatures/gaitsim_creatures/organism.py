@@ -86,7 +86,7 @@ TREE: Mapping[str, Channel] = {
 """The channel of a body that evolves, besides the others."""
 
 
-class _Channels:
+class _CreatureChannels:
     """The channels of a creature; the class itself shows all that creatures may have."""
 
     def __get__(self, creature: "Creature | None", owner: type) -> Mapping[str, Channel]:
@@ -150,7 +150,7 @@ class Creature(Organism):
     world: dict[str, float] = option({}, WORLD_HELP)
 
     dynamic: ClassVar[bool] = True
-    channels: ClassVar[Any] = _Channels()
+    channels: ClassVar[Any] = _CreatureChannels()
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:
