@@ -154,7 +154,7 @@ def missing_packages(found: Mapping[str, str]) -> list[GaitsimError]:
     return [
         GaitsimError(
             f"the {key} of this run is not installed; its package is {package}",
-            remedy=install_hint(*key.split(" ", 1))
+            remedy=install_hint(*key.partition(" ")[::2])
             or f"install it: pip install {'=='.join(package.split())}",
         )
         for key, package in found.items()
