@@ -1,8 +1,7 @@
 """Creatures: bodies and gaits together, with and without protection of new bodies.
 
 Each kind of search gets the same number of evaluations. It prints one row for each run: the best
-score, the speed of the best body in body lengths per second, its modules, and the share of its way
-that it keeps in the worst of its checks.
+score, the speed of the best body in body lengths per second, its modules, the time, and its plan.
 
 `learning` is lifetime learning, as in ARIEL's examples: a child's gait is improved for some
 generations by a (1 + 1) evolution strategy before it competes with other bodies.

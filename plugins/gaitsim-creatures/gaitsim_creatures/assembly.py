@@ -78,7 +78,7 @@ def _rows(individual: "Individual") -> list[tuple[Any, ...]]:
     """
     from gaitsim_creatures.modules import load_modules
     from gaitsim_creatures.organism import EVOLVE, Creature
-    from gaitsim_creatures.plans import parse_plan, published
+    from gaitsim_creatures.plans import parse_plan
     from gaitsim_creatures.trees import BRICK, FACES
 
     body = individual.body
@@ -90,7 +90,7 @@ def _rows(individual: "Individual") -> list[tuple[Any, ...]]:
     table = load_modules(body.modules)
     letters = {face[0].upper(): face for face in FACES}
     rows: list[tuple[Any, ...]] = [("core", "core", "", "", 0, table.core.mass)]
-    for module in parse_plan(published().get(body.body, body.body)):
+    for module in parse_plan(body.body):
         brick = module.kind == BRICK
         mass = table.brick.mass if brick else table.hinge.base_mass + table.hinge.arm_mass
         place, part = module.place, "brick" if brick else "hinge"

@@ -177,8 +177,7 @@ class Creature(Organism):
     @property
     def _plan(self) -> Bodies:
         """The body of a plan, a population of one."""
-        plan = parse_plan(published().get(self.body, self.body))
-        return grow_plan(plan, load_modules(self.modules).shapes)
+        return _planned(self.body, self.modules)
 
     @property
     def _servo(self) -> Servo:
@@ -346,8 +345,9 @@ class Creature(Organism):
         """Return the modules, and the segments from hinge to hinge."""
         from gaitsim_robot.skeleton import skeleton
 
-        bodies = self._plan if self.body != EVOLVE else None
-        if bodies is None:
+        if self.body != EVOLVE:
+            bodies = self._plan
+        else:
             bodies = self._tree_space.grow(motion["tree"][individual : individual + 1])
         simulation = self._simulation(bodies, 0)
         joints = len(simulation.ctrl)
@@ -443,6 +443,12 @@ class Creature(Organism):
             parts = describe_bodies(body._plan)["parts"]
             found[name] = f"{parts}, {mass:.3g} kg"
         return {"Published bodies: organism.body": found}
+
+
+@lru_cache(maxsize=64)  # the names of joints are asked for often
+def _planned(body: str, modules: str) -> Bodies:
+    """Return the body of a plan, a population of one, which must not be changed."""
+    return grow_plan(parse_plan(body), load_modules(modules).shapes)
 
 
 def _hinges(bodies: Bodies) -> tuple[str, ...]:

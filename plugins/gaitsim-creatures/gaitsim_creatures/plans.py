@@ -54,11 +54,12 @@ def published() -> dict[str, str]:
 
 @lru_cache(maxsize=256)
 def parse_plan(text: str) -> tuple[PlannedModule, ...]:
-    """Return the modules of a plan, parents before their children.
+    """Return the modules of a plan or a published body, parents before their children.
 
     Raises:
         GaitsimError: the text is not a plan of a tree.
     """
+    text = published().get(text, text)
     found: dict[str, PlannedModule] = {}
     parts = [part.split() for part in text.replace("\n", " ").split(",") if part.strip()]
     if not parts or len(parts) > MOST:
