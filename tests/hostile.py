@@ -16,6 +16,7 @@ FILES = (
     "history.csv",
     "islands.csv",
     "bests.bin",
+    "scores.bin",
     "checksums.bin",
     "provenance.json",
     "note.txt",

@@ -68,10 +68,12 @@ from gaitsim.contracts.search import (
     Members as Members,
     Mutation as Mutation,
     Operators as Operators,
+    Parents as Parents,
     Results as Results,
     Search as Search,
     Selection as Selection,
     State as State,
+    parents_of_children as parents_of_children,
 )
 from gaitsim.contracts.space import (
     BitSpace as BitSpace,

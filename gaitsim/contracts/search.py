@@ -230,6 +230,24 @@ class Operators(Protocol):
 NO_STARTS: Genomes = np.empty((0, 0))
 """The start points of a random first generation."""
 
+Parents = NDArray[np.int64]
+"""Two parents of each genome, (population, 2): the main one, then the other; −1 for none.
+
+They are rows of the genomes that the search remembered before `ask` (see `Search.remembered`), or
+of the previous generation if it remembers none.
+"""
+
+
+def parents_of_children(pairs: NDArray[np.intp], children: int) -> Parents:
+    """Return the parents of the children that `Operators.cross` returns, (…, children, 2).
+
+    Args:
+        pairs: pairs of parents, (…, pairs, 2), as passed to `cross`.
+        children: number of children.
+    """
+    both = np.concatenate([pairs, pairs[..., ::-1]], axis=-2)
+    return both[..., :children, :].astype(np.int64, copy=False)
+
 
 @dataclass(frozen=True, eq=False)
 class Context:
@@ -246,6 +264,8 @@ class Context:
             populations at once; () for a single population.
         operators: selection, crossover and mutation of the experiment, if the search declares
             that it uses them.
+        record_parents: function that a search calls in `ask` with the parents of the genomes that
+            it returns, if they have any, so that `gaitsim lineage` can name them.
     """
 
     space: GenomeSpace
@@ -255,6 +275,7 @@ class Context:
     starts: Genomes = field(default_factory=lambda: NO_STARTS)
     populations: tuple[int, ...] = ()
     operators: Operators | None = None
+    record_parents: Callable[[Parents], object] = lambda parents: None
 
     def random(self, count: int) -> Genomes:
         """Draw genomes from the body's space, (count, genes)."""

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, GenomeSpace, Results
+from gaitsim.contracts import Genomes, GenomeSpace, Parents, Results
 from gaitsim.evaluation import Evaluation, evaluate
 from gaitsim.evaluation.scoring import join_evaluations
 from gaitsim.evolution.searching import ask
@@ -99,7 +99,12 @@ def initial_islands(experiment: Experiment, space: GenomeSpace, starts: Genomes 
 
 
 def next_islands(
-    experiment: Experiment, space: GenomeSpace, genomes: Genomes, scores: Scores, number: int
+    experiment: Experiment,
+    space: GenomeSpace,
+    genomes: Genomes,
+    scores: Scores,
+    number: int,
+    record_parents: Callable[[Parents], object] | None = None,
 ) -> Genomes:
     """Return generation `number` of all islands, (individuals, genes), after a migration if due.
 
@@ -109,13 +114,24 @@ def next_islands(
         genomes: genomes of the previous generation, (individuals, genes); not changed.
         scores: scores of these genomes, (individuals,).
         number: number of the generation to ask for, at least 2.
+        record_parents: function that receives the parents, as rows of the previous generation of
+            all islands, if the search names them.
     """
-    return np.concatenate(
-        [
-            _next_population(experiment, space, one.genomes, one.scores, number, one.island)
-            for one in _epochs(experiment, genomes, scores, number, number)
+    epochs, recorded = _epochs(experiment, genomes, scores, number, number), list[Parents]()
+    record = None if record_parents is None else recorded.append
+    found = [
+        _next_population(experiment, space, one.genomes, one.scores, number, one.island, record)
+        for one in epochs
+    ]
+    if record_parents is not None and len(recorded) == len(epochs):
+        rows = np.arange(len(genomes))[:, None]  # where each migrant comes from
+        origins = [one.genomes[:, 0] for one in _epochs(experiment, rows, scores, number, number)]
+        mapped = [
+            np.where(parents < 0, -1, origin[parents])
+            for origin, parents in zip(origins, recorded, strict=True)
         ]
-    )
+        record_parents(np.concatenate(mapped))
+    return np.concatenate(found)
 
 
 def _next_population(
@@ -125,9 +141,11 @@ def _next_population(
     scores: Scores,
     number: int,
     island: int,
+    record_parents: Callable[[Parents], object] | None = None,
 ) -> Genomes:
     """Return the genomes of the next generation of one island, (population, genes)."""
-    return ask(experiment, space, {}, Results(genomes, scores), number, island=island)[0]
+    last = Results(genomes, scores)
+    return ask(experiment, space, {}, last, number, island=island, record_parents=record_parents)[0]
 
 
 def _epochs(

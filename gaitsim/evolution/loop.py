@@ -13,13 +13,13 @@ best score is then reset, and the genomes that the search remembers are re-evalu
 
 import math
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts import Genomes, GenomeSpace, State
+from gaitsim.contracts import Genomes, GenomeSpace, Parents, State
 from gaitsim.evaluation import Evaluation
 from gaitsim.evaluation.scoring import Evaluate, check_terms
 from gaitsim.evolution.islands import (
@@ -212,19 +212,25 @@ def _next_generations(
 
 
 def next_genomes(
-    experiment: Experiment, space: GenomeSpace, after: Generation | None, starts: Genomes | None
+    experiment: Experiment,
+    space: GenomeSpace,
+    after: Generation | None,
+    starts: Genomes | None,
+    record_parents: Callable[[Parents], object] | None = None,
 ) -> tuple[Genomes, State]:
     """Return the genomes of the next generation, and the state to pass to `finish_generation`."""
     number = after.number + 1 if after else 1
     if experiment.islands.number > 1:  # only searches with an empty state support islands
         if after is None:
             return initial_islands(experiment, space, starts), {}
-        return next_islands(experiment, space, after.genomes, after.scores, number), {}
+        return next_islands(
+            experiment, space, after.genomes, after.scores, number, record_parents
+        ), {}
     if after is None:
         state = initial_state(experiment, space, starts)
         return ask(experiment, space, state, None, 1, starts=starts)
     last = results(after.genomes, after.evaluation)
-    return ask(experiment, space, after.state, last, number)
+    return ask(experiment, space, after.state, last, number, record_parents=record_parents)
 
 
 def reevaluate(experiment: Experiment, last: Generation, evaluate: Evaluate) -> Generation:

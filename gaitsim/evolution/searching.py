@@ -1,8 +1,20 @@
 """Call the methods of an experiment's search, such as `ask` and `tell`, and check its contract."""
 
+from collections.abc import Callable
+from dataclasses import replace
+
 import numpy as np
 
-from gaitsim.contracts import Genomes, GenomeSpace, Members, Results, Search, State
+from gaitsim.contracts import (
+    Context,
+    Genomes,
+    GenomeSpace,
+    Members,
+    Parents,
+    Results,
+    Search,
+    State,
+)
 from gaitsim.contracts.search import NO_STARTS
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
@@ -12,7 +24,7 @@ from gaitsim.evolution.constraints import ConstrainedSearch
 from gaitsim.evolution.context import check_state, context, start_points
 from gaitsim.evolution.transferability import TransferabilitySearch
 from gaitsim.experiment import Experiment
-from gaitsim.registry import contract_error, plugin_errors
+from gaitsim.registry import Entry, contract_error, plugin_errors
 
 
 def search_of(experiment: Experiment) -> Search | TransferabilitySearch | ConstrainedSearch:
@@ -44,6 +56,7 @@ def ask(
     island: int = 0,
     populations: tuple[int, ...] = (),
     starts: Genomes | None = None,
+    record_parents: Callable[[Parents], object] | None = None,
 ) -> tuple[Genomes, State]:
     """Ask the search for a generation's genomes.
 
@@ -57,6 +70,7 @@ def ask(
         populations: shape of several populations that share the random streams; () for one.
         starts: genomes around which the first generation is drawn, (starts, genes); None uses those
             that the option `search.start` chooses.
+        record_parents: function that receives the parents of the genomes, if the search names them.
 
     Returns:
         Genomes, (*populations, population, genes), and the state to pass to `tell`.
@@ -76,6 +90,11 @@ def ask(
         populations=populations,
         starts=starts,
     )
+    if record_parents is not None:
+        pool = pool_of(experiment, state, last)
+        details = replace(
+            details, record_parents=_checked_parents(entry, details, len(pool), record_parents)
+        )
     with plugin_errors(entry, "choosing genomes"):
         genomes, found = search_of(experiment).ask(state, last, details)
     shape = (*populations, experiment.evolution.population, space.genes)
@@ -92,6 +111,33 @@ def ask(
             "genomes of its genome space, as context.repair() returns them",
         )
     return genomes, check_state(experiment, found)
+
+
+def pool_of(experiment: Experiment, state: State, last: Results | None) -> Genomes:
+    """Return the genomes whose rows `Parents` names, (genomes, genes)."""
+    with plugin_errors(experiment.entries["search"], "listing the genomes it remembers"):
+        found = search_of(experiment).remembered(state)
+    if found is not None:
+        return found
+    none: Genomes = experiment.space().random(0, np.random.default_rng(0))
+    return none if last is None else last.genomes
+
+
+def _checked_parents(
+    entry: Entry, details: Context, pool: int, record: Callable[[Parents], object]
+) -> Callable[[Parents], None]:
+    """Return a function that checks parents, and passes them on."""
+    shape = (details.population, 2)
+
+    def checked(parents: Parents) -> None:
+        valid = isinstance(parents, np.ndarray) and parents.shape == shape
+        if not (valid and parents.dtype == np.int64 and ((parents >= -1) & (parents < pool)).all()):
+            what = "records parents of the wrong shape or dtype, or that do not exist"
+            allowed = f"int64 of shape {shape}, rows below {pool}, or −1 for none"
+            raise contract_error(entry, what, allowed)
+        record(parents)
+
+    return checked
 
 
 def first_population(experiment: Experiment) -> Genomes:

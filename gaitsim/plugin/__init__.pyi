@@ -61,6 +61,7 @@ from gaitsim.contracts import (
     Operators as Operators,
     Organism as Organism,
     Pair as Pair,
+    Parents as Parents,
     Plot as Plot,
     Plugin as Plugin,
     Product as Product,
@@ -85,6 +86,7 @@ from gaitsim.contracts import (
     factor_bounds as factor_bounds,
     folder_of as folder_of,
     option as option,
+    parents_of_children as parents_of_children,
     roots_of as roots_of,
 )
 from gaitsim.contracts.product import Input as Input

@@ -22,6 +22,7 @@ from gaitsim.storage.files.checkpoint import (
     read_champion,
 )
 from gaitsim.storage.files.folder import (
+    ALL_SCORES,
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
@@ -168,6 +169,7 @@ def fork_run(
         files[START] = read_regular(path / START, MAX_BYTES)
     if checkpoint is not None:
         files |= {BESTS: run.bests.tobytes(), CHECKSUMS: run.checksums.tobytes()}
+        files[ALL_SCORES] = run.score_blocks()
         files[SAVES] = run.saves[run.saves <= checkpoint.generation].tobytes()
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):

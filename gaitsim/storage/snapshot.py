@@ -37,6 +37,7 @@ from gaitsim.storage.files.checkpoint import (
     read_with_fallback,
 )
 from gaitsim.storage.files.folder import (
+    ALL_SCORES,
     BESTS,
     CHECKPOINT,
     CHECKSUMS,
@@ -68,6 +69,7 @@ from gaitsim.storage.files.history import (
     used_terms,
 )
 from gaitsim.storage.files.records import RECORD, SAVE
+from gaitsim.storage.files.scores import block_ends, parse_scores, read_blocks, unpack_block
 from gaitsim.storage.files.tables import damaged_error, line_ends
 from gaitsim.storage.manage import read_note
 from gaitsim.storage.stages import (
@@ -407,6 +409,29 @@ class RunSnapshot:
         return self._cut(
             read_records(self.path / BESTS, record_type(space), self.generation), BESTS
         )
+
+    @cached_property
+    def _score_ends(self) -> list[int]:
+        """The ends of the blocks of all generations in `scores.bin`, after a first 0."""
+        ends = block_ends(self.path / ALL_SCORES, self.generation)
+        if len(ends) < self.generation:
+            raise truncation_error(self.path, ALL_SCORES, len(ends), self.generation)
+        return [0, *ends]
+
+    def score_bytes(self, generation: int) -> bytes:
+        """Return the numbers of a generation in `scores.bin`, as `scores_of` returns them."""
+        path, ends = self.path / ALL_SCORES, self._score_ends
+        block = read_blocks(path, ends[generation - 1], ends[generation])
+        return unpack_block(path, block, len(self.finished.genomes))
+
+    def score_blocks(self) -> bytes:
+        """Return the blocks of all generations."""
+        return read_blocks(self.path / ALL_SCORES, 0, self._score_ends[-1])
+
+    def scores(self, generation: int) -> NDArray[np.float64]:
+        """Return the scores of all individuals, then values, (1 + values, individuals)."""
+        individuals, path = len(self.finished.genomes), self.path / ALL_SCORES
+        return parse_scores(path, self.score_bytes(generation), individuals)
 
     def best_genome(self, generation: int) -> NDArray[Any]:
         """Return the genome of a generation's best individual, (genes,)."""

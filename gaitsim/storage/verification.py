@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes
 from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
+from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import (
     Generation,
     evolve,
@@ -28,6 +29,7 @@ from gaitsim.storage.compatibility import out_of_bounds
 from gaitsim.storage.files.checkpoint import KEPT, Champion, Checkpoint
 from gaitsim.storage.files.folder import (
     ADAPTATIONS,
+    ALL_SCORES,
     BESTS,
     CHAMPIONS,
     CHECKPOINT,
@@ -59,13 +61,14 @@ from gaitsim.storage.files.records import (
     genomes_checksum,
     scores_checksum,
 )
+from gaitsim.storage.files.scores import block_ends, scores_of
 from gaitsim.storage.files.tables import line_ends
 from gaitsim.storage.lock import is_locked
 from gaitsim.storage.measured import Measured, read_measured
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
 from gaitsim.storage.resume import warm_start
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.stages import begin_stage, changes, restore_generation
+from gaitsim.storage.stages import RunStage, begin_stage, changes, restore_generation
 from gaitsim.toml import brief
 
 QUICK = 60.0
@@ -263,7 +266,9 @@ def _results(
     islands = [ISLANDS] if run.islands.shape[1] > 1 else []
     previous = [PREVIOUS] if run.previous is not None else []
     kept = [f"{POPULATIONS}/"] if run.kept_populations else []
-    evolved = dict.fromkeys([HISTORY, *islands, CHECKSUMS, *previous, CHECKPOINT, *kept], "")
+    evolved = dict.fromkeys(
+        [HISTORY, *islands, ALL_SCORES, CHECKSUMS, *previous, CHECKPOINT, *kept], ""
+    )
     evolved[HISTORY] = "except for seconds"
     evolved[f"{CHAMPIONS}/"] = "as the threshold demands"
     if run.start is not None:
@@ -302,7 +307,7 @@ def expected_chain(run: RunSnapshot, generation: int) -> bytes:
     before: bytes = records[generation - 2]["chain"].tobytes() if generation > 1 else NONE
     parts: bytes = records[generation - 1].tobytes()[: -len(NONE)]
     best: bytes = run.bests[generation - 1].tobytes()
-    best += islands_record(run.islands[generation - 1])
+    best += islands_record(run.islands[generation - 1]) + run.score_bytes(generation)
     return chain_checksum(before, parts, row_of(run, generation), best)
 
 
@@ -373,7 +378,7 @@ def _row_differences(run: RunSnapshot) -> Iterator[FileDifference]:
         if number > len(run.checksums):
             yield FileDifference(CHECKSUMS, "the checksum is missing", number)
         elif run.checksums[number - 1]["chain"].tobytes() != expected_chain(run, number):
-            text = f"does not fit the row or record of {HISTORY}, {BESTS} or {ISLANDS}"
+            text = f"does not fit {HISTORY}, {BESTS}, {ISLANDS} or {ALL_SCORES}"
             yield FileDifference(CHECKSUMS, text, number)
 
 
@@ -396,6 +401,7 @@ def _end_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     record = run.bests.dtype.itemsize
     most = {SAVES: len(saves) * SAVE.itemsize, BESTS: (last + unfinished) * record}
     most[CHECKSUMS] = (last + unfinished) * RECORD.itemsize
+    most[ALL_SCORES] = max(block_ends(run.path / ALL_SCORES, last + unfinished), default=0)
     for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
         ends = line_ends(run.path / name, last + unfinished)
         if len(ends) > last + unfinished:  # otherwise, the last row is not finished
@@ -466,6 +472,8 @@ def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[Fi
         one, other = best["genome"][at].item(), genome[at].item()
         text = f"gene {at + 1} is {one!r}, but {other!r} when computed"
         yield FileDifference(BESTS, text, number)
+    if run.score_bytes(number) != scores_of(generation.evaluation):
+        yield FileDifference(ALL_SCORES, "a score or value differs when computed", number)
     if run.islands.shape[1] > 1:
         islands = island_bests(generation, run.islands.shape[1])
         for at in np.flatnonzero(run.islands[number - 1] != islands)[:1]:
@@ -492,16 +500,21 @@ def evolve_again(
         start = warm_start(run, experiment) if last is None else None
         with new_evaluator(experiment) as evaluator:
             if last is not None and last.number < stage.first:
-                progress = begin_stage(
-                    last.progress, experiment.evolution, stage.changes, len(last.genomes)
-                )
-                last = replace(last, progress=progress)
-                if stage.reevaluated:
-                    last = reevaluate(experiment, last, evaluator.evaluate)
+                last = begin_again(last, stage, experiment, evaluator.evaluate)
             places = island_map(evaluator)
             for again in evolve(experiment, evaluator.evaluate, last, start, places):
                 yield again
                 last = again
+
+
+def begin_again(
+    last: Generation, stage: RunStage, experiment: Experiment, evaluate: Evaluate
+) -> Generation:
+    """Return the last generation of a stage, from which the next stage continues."""
+    evolution, changed = experiment.evolution, stage.changes
+    progress = begin_stage(last.progress, evolution, changed, len(last.genomes))
+    last = replace(last, progress=progress)
+    return reevaluate(experiment, last, evaluate) if stage.reevaluated else last
 
 
 def _generation_differences(run: RunSnapshot, again: Generation) -> list[FileDifference]:

@@ -6,7 +6,16 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin import Context, Genomes, GenomeSpace, Results, Search, State, option
+from gaitsim.plugin import (
+    Context,
+    Genomes,
+    GenomeSpace,
+    Results,
+    Search,
+    State,
+    option,
+    parents_of_children,
+)
 from gaitsim_searches.domination import front_ranks
 
 
@@ -66,6 +75,8 @@ class AgeFitness(Search):
         children = operators.cross(genomes, parents, wanted)
         ages = np.resize(state["ages"][parents].max(axis=1), wanted)
         asked = np.concatenate([operators.mutate(children), context.random(self.newcomers)])
+        unrelated = np.full((self.newcomers, 2), -1)
+        context.record_parents(np.concatenate([parents_of_children(parents, wanted), unrelated]))
         return asked, {**state, "young": np.append(ages, np.zeros(self.newcomers, np.int64))}
 
     def tell(self, state: State, results: Results, context: Context) -> State:

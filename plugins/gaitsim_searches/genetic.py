@@ -4,7 +4,16 @@ from typing import ClassVar
 
 import numpy as np
 
-from gaitsim.plugin import Context, Genomes, GenomeSpace, Results, Search, State, option
+from gaitsim.plugin import (
+    Context,
+    Genomes,
+    GenomeSpace,
+    Results,
+    Search,
+    State,
+    option,
+    parents_of_children,
+)
 
 
 class Genetic(Search):
@@ -54,5 +63,8 @@ class Genetic(Search):
         wanted = context.population - self.elites
         parents = operators.parents(last.scores, wanted)
         children = operators.mutate(operators.cross(last.genomes, parents, wanted))
+        copied = np.stack([best, np.full_like(best, -1)], axis=-1)
+        bred = parents_of_children(parents, wanted)
+        context.record_parents(np.concatenate([copied, bred], axis=-2))
         kept = np.take_along_axis(last.genomes, best[..., None], axis=-2)
         return np.concatenate([kept, children], axis=-2), state

@@ -236,17 +236,19 @@ class MapElites(Search):
             return genomes, {**state, **none.arrays()}
         if self._emits:
             if len(emitters.mean) != self.emitters:
-                means = self._origins(archive, self.emitters, context)
+                means = self._elites(archive, self.emitters, context)
                 emitters = Emitters.create(means, self.step)
                 state = {**state, **emitters.arrays()}
             genomes = draw_genomes(
                 emitters, context.population, real_space(context.space), context.rng
             )
         else:
-            elites = self._origins(archive, context.population, context)
-            pairs = self.variation in ("line", "operators")
-            others = self._origins(archive, context.population, context) if pairs else elites
-            genomes = self._varied(elites, others, context)
+            rows = context.rng.integers(0, len(archive.cells), context.population)
+            others = np.full_like(rows, -1)
+            if self.variation in ("line", "operators"):
+                others = context.rng.integers(0, len(archive.cells), context.population)
+            context.record_parents(np.stack([rows, others], axis=1))
+            genomes = self._varied(archive.genomes[rows], archive.genomes[others], context)
         return context.repair(genomes), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
@@ -265,7 +267,7 @@ class MapElites(Search):
             )
             emitters = replace(emitters, mean=context.repair(emitters.mean))
             if ended.any():
-                origins = self._origins(after, len(ended), context)
+                origins = self._elites(after, len(ended), context)
                 emitters = emitters.replaced(ended, Emitters.create(origins, self.step))
         return {**state, **after.arrays(), **emitters.arrays()}
 
@@ -343,7 +345,7 @@ class MapElites(Search):
     def _names(self) -> NDArray[np.uint8]:
         return np.frombuffer("\0".join(self.axes).encode(), np.uint8)
 
-    def _origins(self, archive: Archive, count: int, context: Context) -> Genomes:
+    def _elites(self, archive: Archive, count: int, context: Context) -> Genomes:
         """Draw elites, (count, genes); without elites, random genomes."""
         if len(archive.cells):
             return archive.genomes[context.rng.integers(0, len(archive.cells), count)]

@@ -12,11 +12,13 @@ from gaitsim.plugin import (
     Genomes,
     GenomeSpace,
     Members,
+    Parents,
     RealSpace,
     Results,
     Search,
     State,
     option,
+    parents_of_children,
 )
 from gaitsim_searches.breeding import exchange_segment, polynomial, simulated_binary
 from gaitsim_searches.domination import crowding, front_ranks, hypervolume
@@ -185,21 +187,25 @@ class Nsga2(Search):
     def _children(self, state: State, context: Context) -> Genomes:
         """Breed until enough children differ from the survivors and from each other."""
         wanted, tries = context.population, 0
-        children = state["genomes"][:0]
+        children, parents = state["genomes"][:0], np.empty((0, 2), np.int64)
         while len(children) < wanted and tries < TRIES:
             tries += 1
-            bred = self._breed(state, wanted - len(children), context)
-            known = np.concatenate([state["genomes"], children])
-            children = np.concatenate([children, bred[_are_new(known, bred)]])
+            bred, theirs = self._breed(state, wanted - len(children), context)
+            new = _are_new(np.concatenate([state["genomes"], children]), bred)
+            children = np.concatenate([children, bred[new]])
+            parents = np.concatenate([parents, theirs[new]])
         if missing := wanted - len(children):  # nearly all genomes of the space exist already
             children = np.concatenate([children, context.random(missing)])
+            parents = np.concatenate([parents, np.full((missing, 2), -1)])
+        context.record_parents(parents)
         return children
 
-    def _breed(self, state: State, count: int, context: Context) -> Genomes:
-        """Return `count` repaired children of the survivors."""
+    def _breed(self, state: State, count: int, context: Context) -> tuple[Genomes, Parents]:
+        """Return `count` repaired children of the survivors, and their parents."""
         space, rng = context.space, context.rng
         pairs = -(-count // 2)
-        parents = state["genomes"][_tournaments(state, 2 * pairs, rng).reshape(2, pairs)]
+        chosen = _tournaments(state, 2 * pairs, rng).reshape(2, pairs)
+        parents = state["genomes"][chosen]
         crossed = rng.random(pairs) < self.crossover_probability
         if isinstance(space, RealSpace):
             genes = rng.random(parents.shape[1:]) < self.crossover_gene_probability
@@ -208,7 +214,8 @@ class Nsga2(Search):
             children = context.repair(children.reshape(-1, space.genes))
         else:
             children = exchange_segment(parents, crossed, rng).reshape(-1, space.genes)
-        return context.repair(self._mutants(children[:count], context))
+        mutants = context.repair(self._mutants(children[:count], context))
+        return mutants, parents_of_children(chosen.T, count)
 
     def _mutants(self, genomes: Genomes, context: Context) -> Genomes:
         """Mutate genes at random; the genomes must be repaired afterwards."""

@@ -169,7 +169,15 @@ FILES_REVEAL = {
     "a checksum cut off": partial(shortened, name="checksums.bin"),
     **{
         f"bytes after {name}": partial(lengthened, name=name)
-        for name in ("history.csv", "bests.bin", "checksums.bin", "saves.bin", CHECKPOINT, PREVIOUS)
+        for name in (
+            "history.csv",
+            "bests.bin",
+            "scores.bin",
+            "checksums.bin",
+            "saves.bin",
+            CHECKPOINT,
+            PREVIOUS,
+        )
     },
     "a row after the last": lambda path: lengthened(path, "history.csv", row_of_history(path)),
     "saves deleted": lambda path: (path / "saves.bin").unlink(),

@@ -42,6 +42,7 @@ def test_a_run_is_written_and_read(whole, puppet):
         "history.csv",
         "measures.json",
         "bests.bin",
+        "scores.bin",
         "checksums.bin",
         "saves.bin",
         "provenance.json",
@@ -230,7 +231,7 @@ def replace(path):
 
 
 @pytest.mark.parametrize("change", [Path.unlink, replace])
-@pytest.mark.parametrize("name", ["history.csv", "bests.bin", "checksums.bin"])
+@pytest.mark.parametrize("name", ["history.csv", "bests.bin", "scores.bin", "checksums.bin"])
 def test_a_file_that_is_deleted_or_replaced_stops_the_run(half, name, change):
     with RunWriter.open(half.path) as writer:
         generations = events(writer)

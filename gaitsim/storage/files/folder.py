@@ -20,7 +20,7 @@ RUNS = Path("runs")
 EXPERIMENT = "experiment.toml"
 START = "start.pickle"
 CHECKPOINT, PREVIOUS = "population.pickle", "population.previous.pickle"
-HISTORY, BESTS = "history.csv", "bests.bin"
+HISTORY, BESTS, ALL_SCORES = "history.csv", "bests.bin", "scores.bin"
 CHANGING = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
 """The files whose times are those of the last change of a run."""
 ISLANDS = "islands.csv"

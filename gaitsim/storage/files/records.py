@@ -1,11 +1,11 @@
-"""The files of a run that grow: history, bests, islands and checksums by generation, and saves.
+"""The files of a run that grow: its records by generation, and saves.
 
 They are truncated to the checkpoint when a run resumes.
 
 With `checksums.bin`, `gaitsim verify` finds changes: the last checksum of each record covers the
-rest of the record, the generation's row and best individual, and the last checksum of the previous
-record. It therefore reveals any change, and the generation that was changed. It does not prove that
-the scores are genuine: only reproducing the run does.
+rest of the record, the generation's row, best individual and scores, and the last checksum of the
+previous record. It therefore reveals any change, and the generation that was changed. It does not
+prove that the scores are genuine: only reproducing the run does.
 
 `saves.bin` lists the generation of each save, and is written before everything else in it. After a
 crash, the checkpoint is of the last save or of the one before it. An older one was put there.
@@ -31,6 +31,7 @@ from gaitsim.opening import open_descriptor
 from gaitsim.storage.files import history
 from gaitsim.storage.files.atomic import write_bytes, writing
 from gaitsim.storage.files.folder import (
+    ALL_SCORES,
     BESTS,
     CHECKSUMS,
     HISTORY,
@@ -49,6 +50,7 @@ from gaitsim.storage.files.history import (
     terms_of,
     used_terms,
 )
+from gaitsim.storage.files.scores import block_ends, pack_block, scores_of
 from gaitsim.storage.files.tables import (
     Columns,
     damaged_error,
@@ -82,7 +84,7 @@ def scores_checksum(evaluation: Evaluation) -> bytes:
     return digest.digest()
 
 
-def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests: bytes) -> bytes:
+def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], others: bytes) -> bytes:
     """Return the checksum of a generation's record and of the chain before it.
 
     It omits the time in the row, and NaN, which fills the columns of other stages' terms.
@@ -91,14 +93,15 @@ def chain_checksum(before: bytes, parts: bytes, row: Mapping[str, float], bests:
         before: chain checksum of the previous generation; NONE without one.
         parts: checksums of genomes and scores.
         row: row of the history.
-        bests: record in `bests.bin`, followed by the best score of each of several islands.
+        others: record in `bests.bin`, the best score of each of several islands, and the numbers in
+            `scores.bin`.
     """
     cells = {
         name: value
         for name, value in sorted(row.items())
         if name != "seconds" and not math.isnan(value)
     }
-    digest = hashlib.sha256(before + parts + bests)
+    digest = hashlib.sha256(before + parts + others)
     digest.update("\0".join(cells).encode())
     digest.update(struct.pack(f"<{len(cells)}d", *cells.values()))
     return digest.digest()
@@ -254,6 +257,8 @@ class RecordFiles:
         stored = {name: max(len(found) - 1, 0) for name, found in ends.items()}
         with open_records(path / BESTS, history.LARGEST_RECORDS) as file:
             stored[BESTS] = file.seek(0, os.SEEK_END) // self._layout.itemsize
+        blocks = block_ends(path / ALL_SCORES, done)
+        stored[ALL_SCORES] = len(blocks)
         for name, count in stored.items():
             if count < done:
                 raise truncation_error(path, name, count, done)
@@ -268,6 +273,7 @@ class RecordFiles:
                 closing(AppendOnlyHistory(path / HISTORY, keep[HISTORY]))
             )
             self._bests = opened(BESTS, done * self._layout.itemsize)
+            self._scores = opened(ALL_SCORES, blocks[-1] if done else 0)
             self._checksums = opened(CHECKSUMS, done * size, size)
             saves = read_records(path / SAVES, SAVE)
             kept = int((saves <= done).sum()) * SAVE.itemsize
@@ -292,14 +298,16 @@ class RecordFiles:
         record["score"], record["genome"] = generation.scores[best], generation.genomes[best]
         islands = history.island_bests(generation, self._number)
         self._last = generation.number
-        bests = record.tobytes() + history.islands_record(islands)
+        scores = scores_of(generation.evaluation)
+        others = record.tobytes() + history.islands_record(islands) + scores
         self._history.append_row(row)
         self._bests.append(record.tobytes())
+        self._scores.append(pack_block(scores))
         if self._number > 1:
             row_of_islands = line([generation.number, *islands.tolist()])
             self._islands.append(row_of_islands.encode())
         parts = genomes_checksum(generation.genomes) + scores_checksum(generation.evaluation)
-        self._chain = chain_checksum(self._chain, parts, row, bests)
+        self._chain = chain_checksum(self._chain, parts, row, others)
         self._checksums.append(parts + self._chain)
 
     def flush(self) -> None:
@@ -308,6 +316,7 @@ class RecordFiles:
         self._saves.flush()
         self._history.flush()
         self._bests.flush()
+        self._scores.flush()
         if self._number > 1:
             self._islands.flush()
         self._checksums.flush()

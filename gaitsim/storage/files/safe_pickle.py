@@ -50,7 +50,7 @@ _FILLS: dict[str, type] = {"APPEND": list, "APPENDS": list, "SETITEM": dict, "SE
 _WIDTHS = {"APPEND": 1, "SETITEM": 2}
 
 MAGIC = b"GAITSIM\0"
-VERSION = 5  # genes of robots are in leg lengths
+VERSION = 6  # runs have scores.bin
 HEADER = 52
 """Length of the header, bytes."""
 MAX_BYTES = 2**30
