@@ -56,6 +56,7 @@ API = {
             "gaitsim.sharing.challenge.CodeVerdict",
             "gaitsim.sharing.challenge.Challenge",
             "gaitsim_design.creating.design",
+            "gaitsim_lineage.lineage.lineage",
             "gaitsim_imitation.imitating.imitate",
             "gaitsim_studies.comparing.compare",
             "gaitsim_studies.comparing.Comparison",

@@ -25,7 +25,7 @@ from gaitsim.experiment import Experiment, Overrides
 from gaitsim.experiment.loading import check_functions_match, python_experiment, resumed_options
 from gaitsim.gait.changed import in_engine, with_damage, with_world
 from gaitsim.gait.report import GaitAnalysis
-from gaitsim.individual import Member, Which
+from gaitsim.individual import Member, Numbered, Which
 from gaitsim.inspecting import (
     DataFrame,
     InspectedIndividual as Individual,
@@ -74,6 +74,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Individual",
     "Member",
+    "Numbered",
     "Run",
     "RunningSearch",
     "analyse",

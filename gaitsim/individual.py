@@ -38,8 +38,32 @@ class Member:
         return f"member {self.number}"
 
 
-Which = int | Member | None
-"""An individual of a run: the best of a generation, a member, or the best of the run."""
+@dataclass(frozen=True)
+class Numbered:
+    """Any individual of a run, identified by generation and number in it, counted from 1."""
+
+    generation: int
+    number: int
+
+    def __str__(self) -> str:
+        return f"individual {self.number} of generation {self.generation}"
+
+
+Which = int | Member | Numbered | None
+"""An individual of a run: the best of a generation, a member, any other, or the best of the run."""
+
+
+def mark_of(which: Which) -> str:
+    """Return what names an individual after its run: '@12', '@12:34', '#3', or '' for the best."""
+    match which:
+        case None:
+            return ""
+        case Member():
+            return f"#{which.number}"
+        case Numbered():
+            return f"@{which.generation}:{which.number}"
+    return f"@{which}"
+
 
 Choice = Which | Mapping[str, float]
 """An individual of a run, as chosen by a user: also the best member near values, by axis."""
@@ -58,7 +82,8 @@ class Individual(ReprMixin):
         genome: genome, (genes,); None for a gait from a file.
         source: folder of the run or file of the gait; None if not recorded.
         played: motion of a gait from a file or of a changed body, a population of one.
-        member: member of the front or archive; None for the best of a generation.
+        member: member of the front or archive, or number in its generation; None for the best of
+            a generation.
         changes: options of the body that differ from the run, by key.
     """
 
@@ -69,7 +94,7 @@ class Individual(ReprMixin):
     genome: NDArray[Any] | None = None
     source: Path | None = None
     played: Motion | None = None
-    member: Member | None = None
+    member: Member | Numbered | None = None
     changes: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
@@ -107,12 +132,15 @@ class Individual(ReprMixin):
     def label(self) -> str:
         """The name of the individual within its run, such as 'member 3 of generation 12'."""
         generation = f"generation {self.generation}{self._changes_text}"
+        if isinstance(self.member, Numbered):
+            return f"{self.member}{self._changes_text}"
         return generation if self.member is None else f"{self.member} of {generation}"
 
     @property
     def stem(self) -> str:
         """The part of a file name for the individual, such as 'generation-12-member-3'."""
-        member = "" if self.member is None else f"-member-{self.member.number}"
+        kind = "individual" if isinstance(self.member, Numbered) else "member"
+        member = "" if self.member is None else f"-{kind}-{self.member.number}"
         changes = "".join(c if c.isalnum() or c in "-." else "-" for c in self._changes_text[1:])
         return f"generation-{self.generation}{member}{changes[:100]}"
 

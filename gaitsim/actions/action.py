@@ -1,5 +1,6 @@
 """The base of actions, and the options that choose and change the individuals that they show."""
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
@@ -11,7 +12,7 @@ from gaitsim.contracts.product import Input, Names
 from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
-    from gaitsim.individual import Choice, Individual, Member
+    from gaitsim.individual import Choice, Individual, Member, Numbered
     from gaitsim.storage.snapshot import RunSnapshot
 
 
@@ -124,30 +125,58 @@ class OneRun(Action):
     json_lines: bool = JSON
 
 
+NUMBER = r"0*[1-9][0-9]{0,8}"
+GENERATION = re.compile(rf"({NUMBER})(?::({NUMBER}))?")
+"""A generation, or an individual of it, such as '12' or '12:34'."""
+
+
 def parse_generations(value: Any) -> Any:
-    """Return the generations in a string such as '1,50', in order."""
+    """Return the generations in a string such as '1,50,50:3', in order."""
     if not isinstance(value, str | int):
         return value
     parts = [part.strip() for part in str(value).split(",")]
-    if not all(part.isascii() and part.isdecimal() and len(part) < 10 for part in parts):
+    if not all(map(GENERATION.fullmatch, parts)):
         raise GaitsimError(
             f"invalid list of generations: {value!r}",
             where="--generations",
-            allowed="numbers separated by commas, such as 1,50,300",
+            allowed="numbers separated by commas, such as 1,50,300, or individuals of generations, "
+            "such as 50:3",
         )
-    return tuple(dict.fromkeys(int(part) for part in parts))
+    return tuple(dict.fromkeys(parts))
 
 
-Generations = Annotated[tuple[int, ...], BeforeValidator(parse_generations)]
+def parse_generation(value: Any) -> Any:
+    """Return the text of a generation such as '12', or of an individual of it such as '12:34'."""
+    if value is None:
+        return None
+    text = str(value).strip()
+    if not GENERATION.fullmatch(text):
+        raise GaitsimError(
+            f"invalid generation: {text!r}",
+            where="--generation",
+            allowed="a number from 1, or an individual of a generation, such as 12:34",
+        )
+    return text
+
+
+def _individual_of(text: str) -> "int | Numbered":
+    """Return the generation in a text such as '12', or the individual in one such as '12:34'."""
+    from gaitsim.individual import Numbered
+
+    generation, _, number = text.partition(":")
+    return Numbered(int(generation), int(number)) if number else int(generation)
+
+
+Generations = Annotated[tuple[str, ...], BeforeValidator(parse_generations)]
 
 
 class ChosenIndividual(Action):
     """Options that choose an individual of a run."""
 
-    generation: int | None = option(
+    generation: Annotated[str, BeforeValidator(parse_generation)] | None = option(
         None,
-        "use the best individual of this generation",
-        ge=1,
+        "use the best individual of this generation, or one of its individuals, such as 12:34",
+        placeholder="N|N:I",
         unset="the champion, the best individual of the run",
     )
     member: Annotated[str, BeforeValidator(str)] | None = option(
@@ -165,7 +194,7 @@ class ChosenIndividual(Action):
             GaitsimError: both a generation and a member are chosen, or the member is invalid.
         """
         if self.member is None:
-            return self.generation
+            return None if self.generation is None else _individual_of(self.generation)
         if self.generation is not None:
             raise not_combinable(
                 "--generation", "--member", "one of the two; members belong to the last generation"
@@ -236,7 +265,8 @@ class SeveralIndividuals(OneIndividual):
 
     generations: Generations | None = option(
         None,
-        "show the best individuals of several generations side by side, such as 1,50,300",
+        "show the best individuals of several generations side by side, such as 1,50,300; or "
+        "individuals of generations, such as 12:34",
         allowed="numbers separated by commas",
         placeholder="N,N,…",
     )
@@ -247,7 +277,7 @@ class SeveralIndividuals(OneIndividual):
         if found and self.generations:
             option = "--generation" if self.member is None else "--member"
             raise not_combinable(option, "--generations")
-        return self.generations or found
+        return tuple(map(_individual_of, self.generations or ())) or found
 
 
 def individual_options(input: Input) -> tuple[str, ...]:

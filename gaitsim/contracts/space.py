@@ -33,6 +33,11 @@ class GenomeSpace(ReprMixin, ABC):
         """The number of genes in a genome."""
         return len(self.labels)
 
+    @property
+    def no_genomes(self) -> Genomes:
+        """An empty array of genomes, (0, genes)."""
+        return np.empty((0, self.genes), self.dtype)
+
     @abstractmethod
     def random(self, count: int, rng: np.random.Generator) -> Genomes:
         """Return `count` random genomes, (count, genes)."""

@@ -119,8 +119,7 @@ def pool_of(experiment: Experiment, state: State, last: Results | None) -> Genom
         found = search_of(experiment).remembered(state)
     if found is not None:
         return found
-    none: Genomes = experiment.space().random(0, np.random.default_rng(0))
-    return none if last is None else last.genomes
+    return experiment.space().no_genomes if last is None else last.genomes
 
 
 def _checked_parents(
@@ -193,7 +192,7 @@ def reevaluate_remembered(
     with plugin_errors(entry, "listing the genomes it remembers"):
         genomes = search.remembered(state)
     if genomes is None or not len(genomes):
-        genomes = space.random(0, np.random.default_rng(0))
+        genomes = space.no_genomes
         again = Results(genomes, np.empty(0), dict.fromkeys(experiment.search.reads(), np.empty(0)))
     else:
         again = results(genomes, evaluate(genomes, generation))

@@ -257,7 +257,7 @@ class TransferabilitySearch(WrappedSearch):
         with plugin_errors(self._experiment.entries["search"], "listing the genomes it remembers"):
             genomes = self._search.remembered(state)
         if genomes is None:
-            return self._experiment.space().random(0, np.random.default_rng(0))
+            return self._experiment.space().no_genomes
         return genomes
 
 

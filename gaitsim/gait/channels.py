@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Channel
 from gaitsim.errors import GaitsimError, nearest
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Member
 from gaitsim.registry import contract_error, plugin_errors
 
 Columns = dict[str, NDArray[Any]]
@@ -108,8 +108,10 @@ def place_of(individual: Individual, number: int | None) -> dict[str, int | floa
         number: number of the individual in the population of its generation, if it is known.
     """
     found: dict[str, int | float] = {"generation": individual.generation}
-    if individual.member is not None:
+    if isinstance(individual.member, Member):
         found["member"] = individual.member.number
+    elif individual.member is not None:
+        number = individual.member.number
     if number is not None:
         found["individual"] = number
     return {**found, "score": individual.score}

@@ -13,7 +13,7 @@ from gaitsim.gait.changed import QuantityPair, compare_bodies, engine_of
 from gaitsim.gait.report import Footfalls, GaitAnalysis
 from gaitsim.gait.robustness import Robustness
 from gaitsim.gait.score_breakdown import summarise, term_changes, terms_over_time
-from gaitsim.individual import Individual
+from gaitsim.individual import Individual, Member
 
 
 def analysis_to_dict(
@@ -37,7 +37,7 @@ def analysis_to_dict(
     return {
         "subject": individual.title,
         "generation": individual.generation or None,
-        "member": individual.member.number if individual.member else None,
+        "member": individual.member.number if isinstance(individual.member, Member) else None,
         "score": individual.replayed_score,
         "failure": individual.replayed_failure or None,
         "recorded_score": individual.score if recorded else None,

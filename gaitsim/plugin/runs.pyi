@@ -49,7 +49,9 @@ from gaitsim.individual import (
     Choice as Choice,
     Individual as Individual,
     Member as Member,
+    Numbered as Numbered,
     Which as Which,
+    mark_of as mark_of,
     standing_skeleton as standing_skeleton,
 )
 from gaitsim.optimiser import Optimiser as Optimiser
@@ -60,7 +62,7 @@ from gaitsim.storage.compare_runs import (
     scoring_warning as scoring_warning,
 )
 from gaitsim.storage.compatibility import versions as versions
-from gaitsim.storage.creation import find_individual as find_individual
+from gaitsim.storage.creation import create_run as create_run, find_individual as find_individual
 from gaitsim.storage.files.atomic import (
     draft_folder as draft_folder,
     replacing as replacing,
@@ -101,6 +103,7 @@ from gaitsim.storage.files.schema import EXACT_KEYS as EXACT_KEYS, first_problem
 from gaitsim.storage.files.tables import line as table_line
 from gaitsim.storage.lock import RunLock as RunLock, is_locked as is_locked
 from gaitsim.storage.manage import read_note as read_note, read_tags as read_tags
+from gaitsim.storage.replaying import Bred as Bred, breed_again as breed_again
 from gaitsim.storage.settings import editing as editing
 from gaitsim.storage.snapshot import RunSnapshot as RunSnapshot
 from gaitsim.storage.verification import (
@@ -126,6 +129,7 @@ __all__ = [
     "MEAN",
     "SCORES",
     "WORLD",
+    "Bred",
     "Challenge",
     "Champion",
     "Choice",
@@ -135,6 +139,7 @@ __all__ = [
     "FileDifference",
     "Individual",
     "Member",
+    "Numbered",
     "OnWarning",
     "Optimiser",
     "Overrides",
@@ -150,6 +155,7 @@ __all__ = [
     "Which",
     "WorkerLostError",
     "ask",
+    "breed_again",
     "check_links",
     "check_motion",
     "check_no_atlas",
@@ -162,6 +168,7 @@ __all__ = [
     "cores",
     "create_folder",
     "create_out_folder",
+    "create_run",
     "create_subfolder",
     "dictionary",
     "differences",
@@ -183,6 +190,7 @@ __all__ = [
     "is_locked",
     "list_runs",
     "load_experiment",
+    "mark_of",
     "missing_option",
     "move_genomes",
     "numbered_names",

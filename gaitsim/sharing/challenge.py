@@ -101,7 +101,7 @@ class Challenge(ReprMixin):
             _compact(individual.experiment.to_toml()),
             individual.genome,
             individual.generation,
-            individual.member.number if individual.member else None,
+            individual.member.number if isinstance(individual.member, Member) else None,
             individual.score,
             _versions_of(individual),
         )

@@ -10,7 +10,7 @@ from gaitsim.evaluation.serialized import prepare
 from gaitsim.evaluation.worlds import in_reality
 from gaitsim.experiment import Experiment, Overrides, with_overrides
 from gaitsim.experiment.loading import parse_experiment
-from gaitsim.individual import Member, Which
+from gaitsim.individual import Member, Numbered, Which
 from gaitsim.opening import read_regular
 from gaitsim.registry import plugin_errors
 from gaitsim.storage.compatibility import check_size
@@ -76,21 +76,27 @@ def create_run(
 
 ALLOWED = (
     "a champion file, as in runs/spider/champions; a run, for its champion; RUN@GENERATION, "
-    "for the best individual of a generation; or RUN#MEMBER, for a member of its front or archive"
+    "for the best individual of a generation; RUN@GENERATION:NUMBER, for any individual; or "
+    "RUN#MEMBER, for a member of its front or archive"
 )
 
 
 def find_individual(reference: str) -> Champion:
-    """Return the individual named by a champion file, a run, RUN@GENERATION or RUN#MEMBER."""
+    """Return the individual that a champion file or a reference as in `ALLOWED` names."""
     # Unlike pathlib, os.path does not raise an error for an invalid file name.
     if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
         return read_champion(Path(reference).resolve())  # links named by the user are followed
-    if parts := re.fullmatch(r"(.*)([@#])([0-9]{1,9})", reference, re.DOTALL):
-        run, mark, number = parts[1], parts[2], int(parts[3])
+    if parts := re.fullmatch(
+        r"(.*)(?:@([0-9]{1,9})(?::([0-9]{1,9}))?|#([0-9]{1,9}))", reference, re.DOTALL
+    ):
+        run, generation, number, member = parts.groups()
+        which: Which = Member(int(member)) if member else int(generation)
+        if number:
+            which = Numbered(int(generation), int(number))
         try:  # the name of a run may itself end with @ or # and a number
             path = find_run(reference)
         except RunError:
-            return champion_of(_find_snapshot(run), number if mark == "@" else Member(number))
+            return champion_of(_find_snapshot(run), which)
         return champion_of(RunSnapshot(path))
     return champion_of(_find_snapshot(reference))
 

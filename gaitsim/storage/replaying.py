@@ -8,8 +8,6 @@ stage and after worlds were redrawn, the genomes that the search remembers.
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from gaitsim.contracts import Genomes, Parents
 from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation, Evaluator
@@ -92,7 +90,7 @@ def breed_again(
 def _pool(experiment: Experiment, last: Generation | None) -> Genomes:
     """Return the genomes from which the generation after `last` is bred."""
     if last is None:
-        return experiment.space().random(0, np.random.default_rng(0))
+        return experiment.space().no_genomes
     return pool_of(experiment, last.state, results(last.genomes, last.evaluation))
 
 

@@ -23,7 +23,7 @@ from gaitsim.experiment import (
     read_outline,
 )
 from gaitsim.experiment.overrides import COMMAND_LINE
-from gaitsim.individual import Choice, Individual, Member
+from gaitsim.individual import Choice, Individual, Member, Numbered
 from gaitsim.opening import read_regular
 from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outside
 from gaitsim.stopping import stop_reason
@@ -496,11 +496,16 @@ class RunSnapshot:
         """
         if isinstance(which, Mapping):
             which = self._nearest(which)
+        if isinstance(which, Numbered):
+            return self._numbered(which)
         return self._member(which) if isinstance(which, Member) else self._best(which)
 
     def individuals(self, which: Sequence[Choice] | Choice = ()) -> tuple[Individual, ...]:
         """Return the individual of each choice; that of the best of all generations for none."""
-        several = (which,) if isinstance(which, int | Member | Mapping | None) else which
+        several = (which,) if isinstance(which, int | Member | Numbered | Mapping | None) else which
+        numbered = [one for one in several if isinstance(one, Numbered)]
+        if len(numbered) > 1 and all(map(self._exists, numbered)):  # otherwise, one after another
+            self._breed(numbered)
         return tuple(map(self.individual, several or (None,)))
 
     def _nearest(self, values: Mapping[str, float]) -> Member:
@@ -555,6 +560,49 @@ class RunSnapshot:
             member=which,
         )
         return replace(individual, terms=individual.evaluated_terms())
+
+    def _numbered(self, which: Numbered) -> Individual:
+        """Return any individual, whose generation is bred again."""
+        self.stage_at(which.generation)
+        if not self._exists(which):
+            raise RunError(
+                f"generation {which.generation} of the run {self.path} has no individual "
+                f"{which.number}",
+                allowed=f"1 to {len(self.finished.genomes)}",
+            )
+        if which not in self._bred:
+            self._breed([which])
+        score, genome = self._bred[which]
+        found = Individual(
+            self.experiment_at(which.generation),
+            score,
+            {},
+            which.generation,
+            genome,
+            self.path,
+            member=which,
+        )
+        return replace(found, terms=found.evaluated_terms())
+
+    def _exists(self, which: Numbered) -> bool:
+        number = 1 <= which.number <= len(self.finished.genomes)
+        return number and 1 <= which.generation <= self.generation
+
+    @cached_property
+    def _bred(self) -> dict[Numbered, tuple[float, NDArray[Any]]]:
+        """Score and genome of individuals whose generations were bred again."""
+        return {}
+
+    def _breed(self, wanted: Sequence[Numbered]) -> None:
+        """Breed generations again, and keep the score and genome of the wanted individuals."""
+        from gaitsim.storage.replaying import breed_again  # stands on this module
+
+        for bred in breed_again(self, max(one.generation for one in wanted)):
+            generation = bred.generation
+            for one in wanted:
+                if one.generation == generation.number:
+                    at = one.number - 1
+                    self._bred[one] = float(generation.scores[at]), generation.genomes[at]
 
     def _best(self, generation: int | None) -> Individual:
         bests = self.bests  # read first, for the clearest error if the run was deleted

@@ -190,15 +190,14 @@ class GaitScreen(Screen[None]):
 
     def action_steer(self) -> None:
         """Steer the body of the individual, which controls it."""
-        from gaitsim.individual import Member
+        from gaitsim.individual import mark_of
         from gaitsim.steering import individual_drive
         from gaitsim.storage.files.folder import command
 
         if self.choice is None:
             return
         run, which, damage, _ = self.choice
-        number = which.number if isinstance(which, Member) else which
-        mark = "" if number is None else f"{'#' if isinstance(which, Member) else '@'}{number}"
+        mark = mark_of(which)
         changes = {"organism.damage": [*damage]} if damage else {}
         load = partial(individual_drive, f"{run}{mark}", changes)
         options = [part for key in changes for part in ("--set", f"{key}={json.dumps([*damage])}")]

@@ -18,7 +18,7 @@ from textual.widgets import Button, Input, OptionList, Static
 from textual.widgets.option_list import Option as Row
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Member, Which
+from gaitsim.individual import Member, Which, mark_of
 from gaitsim.registry import options
 from gaitsim.render.terminal.text import visible, visible_lines
 from gaitsim.tui.builder import Option
@@ -70,7 +70,7 @@ class ExportDialog(Dialog[Answer]):
         if isinstance(which, Member):
             self._texts["member"] = str(which.number)
         elif which is not None:
-            self._texts["generation"] = str(which)
+            self._texts["generation"] = mark_of(which).removeprefix("@")
         if damage:
             self._texts["damage"] = ", ".join(damage)
         if others:

@@ -10,7 +10,7 @@ from textual.containers import Horizontal
 from textual.reactive import reactive
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Member, Which
+from gaitsim.individual import Member, Which, mark_of
 from gaitsim.legged.damage import damage_options
 from gaitsim.steering import create_drive, own_controllers
 from gaitsim.storage.files.folder import EXPERIMENT, command
@@ -277,7 +277,7 @@ The best individual of any generation, or a member of a front or archive, in mot
         pane = self.pane
         same = [one for one in self.panes if (one.run, one.damage) == (pane.run, pane.damage)]
         which = [one.shown.which for one in same if one.shown is not None]
-        numbers = [str(one) for one in which if isinstance(one, int)]
+        numbers = [mark_of(one)[1:] for one in which if not isinstance(one, Member)]
         if len(numbers) == len(same) > 1:
             options = ["--generations", ",".join(numbers)]
         else:
@@ -309,9 +309,8 @@ The best individual of any generation, or a member of a front or archive, in mot
         pane = self.pane
         if pane.shown is not None:
             which, experiment = pane.shown.which, pane.shown.individual.experiment
-            number = f"{'#' if isinstance(which, Member) else '@'}{number_of(which)}"
             for one in own_controllers(experiment):
-                given = {one.name: f"{pane.run}{number}"}
+                given = {one.name: f"{pane.run}{mark_of(which)}"}
                 line = command(
                     *("steer", pane.run / EXPERIMENT, "--controller"),
                     f"{one.name}={given[one.name]}",

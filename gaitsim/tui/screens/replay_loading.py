@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from gaitsim.contracts.search import Members
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.gait.changed import with_damage
-from gaitsim.individual import Individual, Measurement, Member, Which
+from gaitsim.individual import Individual, Measurement, Member, Numbered, Which, mark_of
 from gaitsim.render.series import Series
 from gaitsim.storage.growing import RunFollower
 from gaitsim.storage.snapshot import RunSnapshot
@@ -47,8 +47,8 @@ class ReplayView:
         return self.individual.generation
 
     @property
-    def which(self) -> int | Member:
-        """The individual's generation or member."""
+    def which(self) -> int | Member | Numbered:
+        """The individual's generation, member, or number in its generation."""
         return self.individual.member or self.generation
 
     @property
@@ -61,7 +61,7 @@ class ReplayView:
     @property
     def best(self) -> int | Member | None:
         """The individual that a star marks: the best member for members, else the champion."""
-        return self.champion if self.individual.member is None else self.best_member
+        return self.best_member if isinstance(self.individual.member, Member) else self.champion
 
 
 class Loader:
@@ -146,11 +146,14 @@ def options_of(which: Which) -> list[object]:
     """Return the command-line options that select an individual of a run."""
     if which is None:
         return []
-    return ["--member" if isinstance(which, Member) else "--generation", number_of(which)]
+    mark = mark_of(which)
+    return ["--member" if mark.startswith("#") else "--generation", mark[1:]]
 
 
-def number_of(which: int | Member) -> int:
-    """Return the number of a generation or member."""
+def number_of(which: int | Member | Numbered) -> int:
+    """Return the number of a member, or of a generation."""
+    if isinstance(which, Numbered):
+        return which.generation
     return which if isinstance(which, int) else which.number
 
 
@@ -191,7 +194,7 @@ def curve_of(shown: ReplayView) -> tuple[str, Series, float]:
     objective against the first; for a member of an archive, the scores of all members.
     """
     member, members = shown.individual.member, shown.members
-    if member is None or members is None:
+    if not isinstance(member, Member) or members is None:
         best = Series("best score", shown.history["generation"], shown.history["best"])
         return "generation", best, shown.generation
     if members.cells is None:  # a front, sorted by its first objective

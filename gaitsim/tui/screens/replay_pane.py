@@ -14,7 +14,7 @@ from textual.message import Message
 from textual.widgets import Static
 
 from gaitsim.errors import GaitsimError
-from gaitsim.individual import Member, Which
+from gaitsim.individual import Member, Numbered, Which, mark_of
 from gaitsim.render.terminal.text import number, visible_lines
 from gaitsim.tui.formatting import clip, clip_name
 from gaitsim.tui.screens.replay_loading import (
@@ -119,7 +119,8 @@ class ReplayPane(Vertical):
     def request(self, which: Which) -> None:
         """Request an individual; None is the champion."""
         if self.shown is not None and which is not None:
-            which = with_number(which, min(max(number_of(which), 1), last_of(self.shown, which)))
+            number = min(max(number_of(which), 1), last_of(self.shown, which))
+            which = which if number == number_of(which) else with_number(which, number)
         self.which = which
         if which is not None:
             self._set_slider(which)
@@ -158,9 +159,9 @@ class ReplayPane(Vertical):
         self._make_room()
         self.post_message(self.IndividualShown())
 
-    def _set_slider(self, which: int | Member) -> None:
+    def _set_slider(self, which: int | Member | Numbered) -> None:
         """Set the slider's range to the generations or members and its value to this one."""
-        self.slider.label = "generation" if isinstance(which, int) else "member    "
+        self.slider.label = "member    " if isinstance(which, Member) else "generation"
         if self.shown is not None:
             self.slider.set_range(1, last_of(self.shown, which))
         self.slider.value = number_of(which)
@@ -254,7 +255,7 @@ def _numbers(shown: ReplayView, generation: str, score: str, *, wide: bool) -> T
         wide: whether there is room for worlds and stage.
     """
     which = shown.which
-    text = Text(f"  {'member ' if isinstance(which, Member) else generation}{number_of(which)}")
+    text = Text(f"  {'member ' if isinstance(which, Member) else generation}{mark_of(which)[1:]}")
     text.append(f"/{last_of(shown, which)}", "dim")
     text.append(" ★" if which == shown.best else "")
     text.append(f"  {score}{number(shown.individual.score, 4)}")

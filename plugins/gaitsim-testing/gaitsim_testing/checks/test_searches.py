@@ -257,7 +257,7 @@ def _check_remembered(trial: SearchTrial, what: str, state: Any, generation: int
     genomes: Any = trial.search.remembered(_copy_state(state))
     if genomes is None or not len(genomes):
         results = Results(
-            trial.space.random(0, np.random.default_rng(0)),
+            trial.space.no_genomes,
             np.empty(0),
             dict.fromkeys(trial.search.reads(), np.empty(0)),
         )

@@ -1,0 +1,114 @@
+"""`gaitsim lineage`."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from gaitsim.plugin import option
+from gaitsim.plugin.commands import JSON, WORKERS, ChosenIndividual, argument
+
+if TYPE_CHECKING:
+    from gaitsim_lineage.lineage import Lineage
+
+NARROW = 24  # characters of a description, at least
+
+
+class ShowLineage(ChosenIndividual):
+    """Show the ancestors of the champion, and which change brought which gain.
+
+    The search is repeated with the recorded scores, without moving bodies. Every ancestor is then
+    evaluated again beside its parent. For the largest rises, the changed genes are tried one by
+    one: in the parent alone, and left out of the child.
+
+    The table lists the ancestors that scored higher than all before them. Other commands take their
+    numbers, such as 12:34 for individual 34 of generation 12.
+
+    [bold]Examples[/bold]
+
+    gaitsim lineage spider-genetic
+
+    gaitsim lineage millipede --generation 40
+
+    gaitsim lineage spider-atlas --member 12
+
+    gaitsim lineage creature --all --json
+
+    gaitsim play spider-genetic --generation 12:34
+
+    gaitsim video spider-genetic --generations 1:5,12:34
+
+    gaitsim plot spider-genetic --kind lineage
+    """
+
+    title: ClassVar[str] = "Lineage"
+
+    run: str = argument(
+        "name of a run in runs/, or its folder", "RUN", completion="run_names", shown=True
+    )
+    every: bool = option(
+        False, "list every ancestor, not only those that scored a new best", flag="--all"
+    )
+    leaps: int = option(
+        5, "number of the largest rises whose changes are tried one by one", ge=0, le=10_000
+    )
+    workers: int | None = WORKERS
+    json_lines: bool = JSON
+
+    def do(self) -> None:
+        """Trace the line and print it."""
+        from gaitsim.plugin.commands import Progress, print_json
+        from gaitsim.plugin.runs import RunSnapshot
+        from gaitsim_lineage.lineage import lineage
+
+        run = RunSnapshot.find(self.run)
+        which = self.choice
+        with Progress(f"breeding {run.path} again", "generations") as progress:
+            found = lineage(
+                run,
+                which,
+                leaps=self.leaps,
+                workers=self.workers,
+                begin=progress.expect,
+                advance=progress.advance,
+            )
+        if self.json_lines:
+            print_json(found.to_dict())
+        else:
+            _print(found, every=self.every)
+
+
+def _print(found: Lineage, *, every: bool) -> None:
+    """Print the paragraph, the table, the reasons and what to do next."""
+    from gaitsim.plugin.commands import output, print_table
+    from gaitsim.plugin.pictures import number, shorten, visible
+    from gaitsim.plugin.runs import command, mark_of
+
+    console, steps, path = output(), found.steps, found.run.path
+    console.print(f"{path}: the ancestors of {found.individual.label}", style="bold")
+    console.print(visible(found.paragraph()), markup=False, highlight=False)
+    console.print()
+    rows = []
+    room = max(console.width - 48, NARROW)
+    for index in range(len(steps)) if every else found.records:
+        step = steps[index]
+        gain = "" if step.gain != step.gain else f"{step.gain:+.3g}"
+        what = shorten(visible(step.what), room)
+        rows.append([mark_of(step.place)[1:], number(step.score), gain, step.how, what])
+    heads = ["individual", "score", "gain", "how", "what changed"]
+    print_table(heads, rows, numbers=["score", "gain"])
+    explained = [(step, step.why) for step in steps if step.why]
+    if explained:
+        console.print()
+    for step, why in explained:
+        text = f"{mark_of(step.place)[1:]}: {step.gain:+.3g}, {visible(why)}"
+        console.print(text, markup=False, highlight=False)
+    same = sum(step.reproduced for step in steps)
+    console.print(
+        f"\n{same:,} of {len(steps):,} ancestors score as recorded, to the bit", style="dim"
+    )
+    chosen = ",".join(mark_of(steps[one].place)[1:] for one in found.records[-3:])
+    for purpose, line in {
+        "watch the last ones side by side": command("video", path, "--generations", chosen),
+        "show the line on a plot": command("plot", path, "--kind", "lineage"),
+    }.items():
+        console.print(f"  {line}  # {purpose}", style="dim", soft_wrap=True)
