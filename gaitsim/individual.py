@@ -85,6 +85,7 @@ class Individual(ReprMixin):
         member: member of the front or archive, or number in its generation; None for the best of
             a generation.
         changes: options of the body that differ from the run, by key.
+        note: what films and pages say about it besides its label; '' for nothing.
     """
 
     experiment: Experiment
@@ -96,6 +97,7 @@ class Individual(ReprMixin):
     played: Motion | None = None
     member: Member | Numbered | None = None
     changes: Mapping[str, Any] = field(default_factory=dict)
+    note: str = ""
 
     @classmethod
     def of_motion(
@@ -131,9 +133,9 @@ class Individual(ReprMixin):
     @property
     def label(self) -> str:
         """The name of the individual within its run, such as 'member 3 of generation 12'."""
-        generation = f"generation {self.generation}{self._changes_text}"
         if isinstance(self.member, Numbered):
-            return f"{self.member}{self._changes_text}"
+            return f"generation {self.generation}:{self.member.number}{self._changes_text}"
+        generation = f"generation {self.generation}{self._changes_text}"
         return generation if self.member is None else f"{self.member} of {generation}"
 
     @property

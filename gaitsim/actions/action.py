@@ -131,9 +131,7 @@ GENERATION = re.compile(rf"({NUMBER})(?::({NUMBER}))?")
 
 
 def parse_generations(value: Any) -> Any:
-    """Return the generations in a string such as '1,50,50:3', in order."""
-    if not isinstance(value, str | int):
-        return value
+    """Return the text of generations such as '1,50,50:3', without repetitions."""
     parts = [part.strip() for part in str(value).split(",")]
     if not all(map(GENERATION.fullmatch, parts)):
         raise GaitsimError(
@@ -142,13 +140,11 @@ def parse_generations(value: Any) -> Any:
             allowed="numbers separated by commas, such as 1,50,300, or individuals of generations, "
             "such as 50:3",
         )
-    return tuple(dict.fromkeys(parts))
+    return ",".join(dict.fromkeys(parts))
 
 
 def parse_generation(value: Any) -> Any:
     """Return the text of a generation such as '12', or of an individual of it such as '12:34'."""
-    if value is None:
-        return None
     text = str(value).strip()
     if not GENERATION.fullmatch(text):
         raise GaitsimError(
@@ -167,7 +163,7 @@ def _individual_of(text: str) -> "int | Numbered":
     return Numbered(int(generation), int(number)) if number else int(generation)
 
 
-Generations = Annotated[tuple[str, ...], BeforeValidator(parse_generations)]
+Generations = Annotated[str, BeforeValidator(parse_generations)]
 
 
 class ChosenIndividual(Action):
@@ -277,7 +273,8 @@ class SeveralIndividuals(OneIndividual):
         if found and self.generations:
             option = "--generation" if self.member is None else "--member"
             raise not_combinable(option, "--generations")
-        return tuple(map(_individual_of, self.generations or ())) or found
+        chosen = self.generations.split(",") if self.generations else []
+        return tuple(map(_individual_of, chosen)) or found
 
 
 def individual_options(input: Input) -> tuple[str, ...]:

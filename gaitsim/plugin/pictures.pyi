@@ -19,6 +19,7 @@ from gaitsim.render.encoder import (
     movement_frequency as movement_frequency,
 )
 from gaitsim.render.film import (
+    FORMATS as VIDEO_FORMATS,
     Film as Film,
     RenderSettings as RenderSettings,
     write_still as write_still,
@@ -100,6 +101,7 @@ from gaitsim.render.terminal.text import (
     visible_lines as visible_lines,
 )
 from gaitsim.render.ticks import round_step as round_step
+from gaitsim.render.video import Video as Video
 
 __all__ = [
     "BAR",
@@ -113,6 +115,7 @@ __all__ = [
     "STEPS",
     "THEMES",
     "TINT",
+    "VIDEO_FORMATS",
     "VIRIDIS",
     "WIDTH",
     "ArchiveView",
@@ -130,6 +133,7 @@ __all__ = [
     "Scene",
     "Signal",
     "Theme",
+    "Video",
     "add_heading",
     "ago",
     "check_target",

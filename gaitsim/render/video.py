@@ -11,10 +11,12 @@ from gaitsim.gait.channels import count_trials
 from gaitsim.individual import Choice, Individual
 from gaitsim.render.film import Film, RenderSettings
 from gaitsim.render.plots.fitness import fitness_figure
-from gaitsim.render.plots.labels import format_score
+from gaitsim.render.plots.labels import format_score, shorten
 from gaitsim.render.scene.clip import clip_of
 from gaitsim.render.scene.labels import ROW, ROWS, small_letters
 from gaitsim.storage.snapshot import RunSnapshot
+
+LONGEST = 60  # characters of a note
 
 
 class Video(Film):
@@ -67,10 +69,16 @@ class Video(Film):
 def _details(shown: Sequence[Individual]) -> list[str]:
     """Return the parts of the second line of text."""
     one = shown[0]
-    details = ["   ".join(_words(one)) if len(shown) == 1 else "the best of each generation"]
+    details = ["   ".join(_words(one)) if len(shown) == 1 else _group(shown)]
     if (trials := count_trials(one)) > 1:
         details.append(f"first of {trials} trials")
     return details
+
+
+def _group(shown: Sequence[Individual]) -> str:
+    """Return what several individuals are."""
+    bests = all(one.best_of for one in shown)
+    return "the best of each generation" if bests else "individuals of several generations"
 
 
 def _check_room(bodies: int, size: tuple[int, int]) -> None:
@@ -85,4 +93,5 @@ def _check_room(bodies: int, size: tuple[int, int]) -> None:
 
 
 def _words(shown: Individual) -> tuple[str, str]:
-    return shown.label, format_score(shown)
+    note = f": {shorten(shown.note, LONGEST)}" if shown.note else ""
+    return f"{shown.label}{note}", format_score(shown)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
 from gaitsim.plugin import option
@@ -37,6 +39,8 @@ class ShowLineage(ChosenIndividual):
 
     gaitsim video spider-genetic --generations 1:5,12:34
 
+    gaitsim lineage spider-genetic --video ancestors.mp4 --page ancestors.html
+
     gaitsim plot spider-genetic --kind lineage
     """
 
@@ -50,6 +54,16 @@ class ShowLineage(ChosenIndividual):
     )
     leaps: int = option(
         5, "number of the largest rises whose changes are tried one by one", ge=0, le=10_000
+    )
+    video: Path | None = option(
+        None,
+        "write a video, MP4 or GIF, in which the most important ancestors walk side by side",
+        placeholder="FILE",
+    )
+    page: Path | None = option(
+        None,
+        "write a web page in which the most important ancestors walk side by side",
+        placeholder="FILE.html",
     )
     workers: int | None = WORKERS
     json_lines: bool = JSON
@@ -75,6 +89,34 @@ class ShowLineage(ChosenIndividual):
             print_json(found.to_dict())
         else:
             _print(found, every=self.every)
+        self._show(found)
+
+    def _show(self, found: Lineage) -> None:
+        """Write the video and the page."""
+        from gaitsim.plugin import Exporter, Subject, load_class
+        from gaitsim.plugin.commands import Progress, all_or_nothing, choose_format, report_files
+        from gaitsim.plugin.pictures import VIDEO_FORMATS, RenderSettings, Video
+
+        written = []
+        with all_or_nothing():
+            if self.video is not None:
+                chosen = choose_format(None, self.video, VIDEO_FORMATS, "mp4", "videos")
+                notes = {one.member: one.note for one in found.shown()}
+                film = Video(
+                    found.run,
+                    [place for place in notes if place is not None],
+                    RenderSettings(chosen),
+                    lambda one: replace(one, note=notes[one.member]),
+                )
+                with Progress(self.video.name, "pictures", len(film)) as progress:
+                    film.write(self.video, progress.advance)
+                written.append(self.video)
+            if self.page is not None:
+                exporter = load_class("exporter", "html")()
+                assert isinstance(exporter, Exporter), "its contract"
+                exporter.write(Subject(found.run, found.shown()), self.page)
+                written.append(self.page)
+        report_files(*written)
 
 
 def _print(found: Lineage, *, every: bool) -> None:

@@ -56,7 +56,7 @@ class Change:
         return not np.isnan(self.alone)
 
     def __str__(self) -> str:
-        return f"{self.name} {short(self.before)} → {short(self.after)}"
+        return f"{self.name} {_short(self.before)} → {_short(self.after)}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,6 +214,21 @@ class Lineage(ReprMixin):
         )
         return replace(found, terms=found.evaluated_terms())
 
+    def shown(self, most: int = 5) -> tuple[Individual, ...]:
+        """Return the most important ancestors, in order of time, with notes on what changed.
+
+        They are the first and the last one, and those with the largest rises among the records.
+        """
+        records = [index for index in self.records[1:-1] if self.steps[index].gain > 0]
+        largest = sorted(records, key=lambda index: -self.steps[index].gain)[: most - 2]
+        chosen = sorted({0, *largest, len(self.steps) - 1})
+        found = []
+        for index in chosen:
+            step = self.steps[index]
+            gain = f", {step.gain:+.3g}" if step.gain == step.gain else ""
+            found.append(replace(self.individual_of(index), note=f"{step.what}{gain}"))
+        return tuple(found)
+
     @property
     def coalescence(self) -> int | None:
         """The generation of the last common ancestor of all living; None if there is none."""
@@ -366,7 +381,11 @@ def _steps(run: RunSnapshot, line: Rows, workers: int | None) -> tuple[Step, ...
         place, other = Numbered(generation, int(line.number[at])), None
         if line.other[at, 0]:
             other = Numbered(*line.other[at].tolist())
-        how = _how(changes, other, named=bool(line.named[at])) if at else "first of its line"
+        how = (
+            _how(changes, other, line.genomes.shape[1], named=bool(line.named[at]))
+            if at
+            else "founder"
+        )
         differences = {name: value - terms_before[name] for name, value in terms.items()}
         found.append(
             Step(
@@ -447,16 +466,16 @@ def _parts(
     )
 
 
-def _how(changes: tuple[Change, ...], other: Numbered | None, *, named: bool) -> str:
-    """Return how an individual arose."""
+def _how(changes: tuple[Change, ...], other: Numbered | None, genes: int, *, named: bool) -> str:
+    """Return how an individual arose, as far as its genes show it."""
     if not named:
         return "nearest sample"
-    if other is None or not changes:
-        return "mutation"
     inherited = sum(one.inherited for one in changes)
+    if other is None or (not inherited and 2 * len(changes) < genes):
+        return "mutation"
     if inherited == len(changes):
         return "crossover"
-    return "crossover and mutation" if inherited else "variation"
+    return "crossover and mutation" if inherited else "recombination"
 
 
 def _with_reasons(found: Lineage, leaps: int, workers: int | None) -> Lineage:
@@ -499,6 +518,10 @@ def _common_ancestor(rows: Rows) -> int | None:
     while children[at] == 1:
         at = following[at]
     return at
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}".replace("-", "−")
 
 
 def _percent(share: float) -> str:

@@ -19,7 +19,7 @@ from gaitsim_lineage.genealogy import Floats, Rows
 from gaitsim_lineage.lineage import Lineage
 
 NAMED = 4  # largest rises with a label
-LONGEST = 60  # characters of a label
+LONGEST = 40  # characters of a label
 
 
 def lineage_figure(found: Lineage, theme: Theme) -> Figure:
@@ -59,7 +59,9 @@ def lineage_figure(found: Lineage, theme: Theme) -> Figure:
                 f"{shorten(step.what, LONGEST)}"
             )
         text.axis("off")
-        text.text(0, 1, "\n".join(labels), va="top", fontsize=6.5, transform=text.transAxes)
+        words = text.text(-0.13, 1, "\n".join(labels), va="top", transform=text.transAxes)
+        words.set_fontsize(6.5)
+        words.set_in_layout(False)  # it may be wider than the axes
         names = ["best of the generation", "the line of ancestors"]
         add_heading(figure, heading_of([found.individual]), [curve, line], names)
     return figure
@@ -89,7 +91,7 @@ def genealogy_figure(found: Lineage, theme: Theme) -> Figure:
         text = f"{founders:,} founder{'s' * (founders != 1)}, " + (
             "no common ancestor" if since is None else f"common ancestor in generation {since}"
         )
-        axes.text(0.02, 0.98, text, va="top", fontsize=6.5, transform=axes.transAxes)
+        axes.set_title(text, fontsize=6.5, loc="left")
         add_heading(figure, heading_of([found.individual]))
     return figure
 

@@ -87,7 +87,7 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
     experiment = individuals[0].experiment
     return {
         "title": individuals[0].name,
-        "description": experiment.description,
+        "description": _described(individuals) or experiment.description,
         "theme": themes(),
         "clips": [clip_data(one) for one in individuals],
         "speed": default_speed(
@@ -97,6 +97,11 @@ def page_data(individuals: Sequence[Individual], run: RunSnapshot | None = None)
         "code": _code(individuals),
         "made": program_version(),
     }
+
+
+def _described(individuals: Sequence[Individual]) -> str:
+    """Return the notes about individuals; '' without any."""
+    return "; ".join(f"{one.label}: {one.note}" for one in individuals if one.note)
 
 
 def themes() -> dict[str, Any]:
