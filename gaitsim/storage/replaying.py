@@ -7,6 +7,11 @@ stage and after worlds were redrawn, the genomes that the search remembers.
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Parents
 from gaitsim.errors import RunError
@@ -16,10 +21,24 @@ from gaitsim.evolution.loop import finish_generation, next_genomes
 from gaitsim.evolution.searching import pool_of, results
 from gaitsim.experiment import Experiment
 from gaitsim.storage.files.folder import ALL_SCORES, ONE_COPY
+from gaitsim.storage.files.records import genomes_checksum
 from gaitsim.storage.files.tables import damaged_error
-from gaitsim.storage.resume import warm_start
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.verification import begin_again, wrong_checksums
+from gaitsim.storage.stages import RunStage, begin_again
+
+
+class Recorded(Protocol):
+    """What is read of a run; see `RunSnapshot`."""
+
+    @property
+    def path(self) -> Path: ...
+
+    @property
+    def stages(self) -> tuple[RunStage, ...]: ...
+    @property
+    def checksums(self) -> NDArray[Any]: ...
+    def experiment_at(self, generation: int) -> Experiment: ...
+    def starts(self, experiment: Experiment) -> Genomes | None: ...
+    def scores(self, generation: int) -> NDArray[np.float64]: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +60,7 @@ class Bred:
 
 
 def breed_again(
-    run: RunSnapshot, until: int, advance: Callable[[int], object] = lambda generations: None
+    run: Recorded, until: int, advance: Callable[[int], object] = lambda generations: None
 ) -> Iterator[Bred]:
     """Yield the generations of a run up to `until`, bred from the recorded scores.
 
@@ -60,7 +79,7 @@ def breed_again(
         experiment = run.experiment_at(stage.last)
         space = experiment.space()
         with Evaluator(experiment) as evaluator:
-            start = warm_start(run, experiment) if last is None else None
+            start = run.starts(experiment) if last is None else None
             if last is not None:
                 last = begin_again(last, stage, experiment, evaluator.evaluate)
                 last = replace(last, evaluation=replace(last.evaluation, terms={}))
@@ -76,7 +95,8 @@ def breed_again(
                 last = finish_generation(
                     experiment, space, last, state, genomes, evaluation, evaluator.evaluate, 0.0
                 )
-                if "genomes" in wrong_checksums(run, last):
+                recorded = run.checksums[number - 1 : number]["genomes"].tobytes()
+                if recorded.strip(b"\0") and recorded != genomes_checksum(genomes):
                     raise RunError(
                         f"generation {number} differs from the record when bred again",
                         where=str(run.path),
@@ -95,7 +115,7 @@ def _pool(experiment: Experiment, last: Generation | None) -> Genomes:
 
 
 def _names(
-    run: RunSnapshot, evaluator: Evaluator, genomes: Genomes, number: int, count: int
+    run: Recorded, evaluator: Evaluator, genomes: Genomes, number: int, count: int
 ) -> Sequence[str]:
     """Return the names of the values that the search reads, from one evaluation."""
     names = [*evaluator.evaluate(genomes[:1], number).values]

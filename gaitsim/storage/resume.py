@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from typing import TypedDict
 
 from gaitsim.contracts import Array
-from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError
+from gaitsim.errors import ExperimentError, GaitsimError, RunError
 from gaitsim.evolution import Generation, stop_reason
 from gaitsim.evolution.searching import state_mismatch
 from gaitsim.experiment import Experiment, Overrides, Typed
@@ -17,14 +17,13 @@ from gaitsim.registry import options
 from gaitsim.storage.compatibility import (
     check_population,
     check_size,
-    check_start,
     expected_genomes,
     genome_mismatch,
     same_version,
     versions,
 )
 from gaitsim.storage.files.checkpoint import Checkpoint, Stage
-from gaitsim.storage.files.folder import CHECKPOINT, EXPERIMENT, START, command
+from gaitsim.storage.files.folder import CHECKPOINT, EXPERIMENT, command
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.stages import Change, next_progress, pending_changes, restore_generation
 
@@ -92,7 +91,7 @@ def plan_resume(
         experiment = run.experiment_with(given)
         experiment.check_functions()
         check_size(experiment)
-        return ResumePlan(experiment, None, warm_start(run, experiment), (), (), "", edited)
+        return ResumePlan(experiment, None, run.starts(experiment), (), (), "", edited)
     experiment = _changed_experiment(run, checkpoint, given)
     _check_state(run, experiment, checkpoint)
     _ = run.history, run.islands  # raises an error if they are damaged
@@ -229,16 +228,3 @@ def _compare_versions(
         if libraries
         else ""
     )
-
-
-def warm_start(run: RunSnapshot, experiment: Experiment) -> Array | None:
-    """Return the genomes that the run was started from, (starts, genes), or None."""
-    try:
-        start = run.start
-    except CheckpointError as error:
-        error.remedy = "restore it from a copy; the run cannot start as planned without it"
-        raise
-    if start is None:
-        return None
-    check_start(experiment, start, str(run.path / START))
-    return start.genomes

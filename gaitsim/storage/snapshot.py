@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.contracts.search import Members
+from gaitsim.contracts import Genomes, Members
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError, unknown
 from gaitsim.evolution.searching import members, state_mismatch
 from gaitsim.experiment import (
@@ -28,7 +28,12 @@ from gaitsim.opening import read_regular
 from gaitsim.registry.entry_points import PythonEntry, find_registered, is_outside
 from gaitsim.stopping import stop_reason
 from gaitsim.storage.background import BackgroundProcess, background_process, last_failure
-from gaitsim.storage.compatibility import check_population, missing_packages, out_of_bounds
+from gaitsim.storage.compatibility import (
+    check_population,
+    check_start,
+    missing_packages,
+    out_of_bounds,
+)
 from gaitsim.storage.files.checkpoint import (
     Checkpoint,
     Start,
@@ -72,6 +77,7 @@ from gaitsim.storage.files.records import RECORD, SAVE
 from gaitsim.storage.files.scores import block_ends, parse_scores, read_blocks, unpack_block
 from gaitsim.storage.files.tables import damaged_error, line_ends
 from gaitsim.storage.manage import read_note
+from gaitsim.storage.replaying import breed_again
 from gaitsim.storage.stages import (
     Change,
     RunStage,
@@ -275,6 +281,18 @@ class RunSnapshot:
         """The individual or genomes that the run was started from; None without any."""
         path = self.path / START
         return read_start(path) if os.path.lexists(path) else None
+
+    def starts(self, experiment: Experiment) -> Genomes | None:
+        """Return the genomes that the run was started from, (starts, genes), or None."""
+        try:
+            start = self.start
+        except CheckpointError as error:
+            error.remedy = "restore it from a copy; the run cannot start as planned without it"
+            raise
+        if start is None:
+            return None
+        check_start(experiment, start, str(self.path / START))
+        return start.genomes
 
     @cached_property
     def note(self) -> str:
@@ -595,8 +613,6 @@ class RunSnapshot:
 
     def _breed(self, wanted: Sequence[Numbered]) -> None:
         """Breed generations again, and keep the score and genome of the wanted individuals."""
-        from gaitsim.storage.replaying import breed_again  # stands on this module
-
         for bred in breed_again(self, max(one.generation for one in wanted)):
             generation = bred.generation
             for one in wanted:

@@ -9,7 +9,8 @@ from pydantic_core import to_jsonable_python
 
 from gaitsim.errors import GaitsimError
 from gaitsim.evaluation import Evaluation
-from gaitsim.evolution import Generation, SearchProgress
+from gaitsim.evaluation.scoring import Evaluate
+from gaitsim.evolution import Generation, SearchProgress, reevaluate
 from gaitsim.experiment import (
     CONSTRAINTS,
     TRANSFERABILITY,
@@ -193,6 +194,16 @@ def begin_stage(
     if any(change.key == "evolution.fitness_threshold" for change in stage_changes):
         progress = replace(progress, threshold=threshold)
     return progress
+
+
+def begin_again(
+    last: Generation, stage: RunStage, experiment: Experiment, evaluate: Evaluate
+) -> Generation:
+    """Return the last generation of a stage, from which the next stage continues."""
+    evolution, changed = experiment.evolution, stage.changes
+    progress = begin_stage(last.progress, evolution, changed, len(last.genomes))
+    last = replace(last, progress=progress)
+    return reevaluate(experiment, last, evaluate) if stage.reevaluated else last
 
 
 def _non_default_options(kind: str, plugin: Any, given: Mapping[str, Any]) -> dict[str, Any]:

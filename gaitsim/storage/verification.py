@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 from gaitsim.contracts import Genomes
 from gaitsim.errors import CheckpointError, GaitsimError, RunError
 from gaitsim.evaluation import Evaluator
-from gaitsim.evaluation.scoring import Evaluate
 from gaitsim.evolution import (
     Generation,
     evolve,
     island_map,
-    reevaluate,
 )
 from gaitsim.experiment import Experiment, read_outline
 from gaitsim.opening import is_folder, read_regular
@@ -66,9 +64,8 @@ from gaitsim.storage.files.tables import line_ends
 from gaitsim.storage.lock import is_locked
 from gaitsim.storage.measured import Measured, read_measured
 from gaitsim.storage.provenance import Provenance, current_versions, differences, read_provenance
-from gaitsim.storage.resume import warm_start
 from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.stages import RunStage, begin_stage, changes, restore_generation
+from gaitsim.storage.stages import begin_again, changes, restore_generation
 from gaitsim.toml import brief
 
 QUICK = 60.0
@@ -497,7 +494,7 @@ def evolve_again(
         experiment = run.experiment_at(end)
         limits = {"generations": end, **LIMITS}  # the only stop condition
         experiment = replace(experiment, evolution=experiment.evolution.model_copy(update=limits))
-        start = warm_start(run, experiment) if last is None else None
+        start = run.starts(experiment) if last is None else None
         with new_evaluator(experiment) as evaluator:
             if last is not None and last.number < stage.first:
                 last = begin_again(last, stage, experiment, evaluator.evaluate)
@@ -505,16 +502,6 @@ def evolve_again(
             for again in evolve(experiment, evaluator.evaluate, last, start, places):
                 yield again
                 last = again
-
-
-def begin_again(
-    last: Generation, stage: RunStage, experiment: Experiment, evaluate: Evaluate
-) -> Generation:
-    """Return the last generation of a stage, from which the next stage continues."""
-    evolution, changed = experiment.evolution, stage.changes
-    progress = begin_stage(last.progress, evolution, changed, len(last.genomes))
-    last = replace(last, progress=progress)
-    return reevaluate(experiment, last, evaluate) if stage.reevaluated else last
 
 
 def _generation_differences(run: RunSnapshot, again: Generation) -> list[FileDifference]:

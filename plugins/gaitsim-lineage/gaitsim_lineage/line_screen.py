@@ -157,10 +157,6 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
 
     # Actions
 
-    def action_go(self, steps: int) -> None:
-        if self.index is not None:
-            self.table.move_cursor(row=self.index + steps)
-
     def action_leap(self) -> None:
         leaps, index = self._leaps, self.index
         assert index is not None, "available only after tracing"
@@ -200,7 +196,7 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
         return command("lineage", self.run, *options_of(self._which))
 
     def obstacle(self, action: str) -> str:
-        if action in ("go", "leap", "replay", "fork", "export") and self.found is None:
+        if action in ("leap", "replay", "fork", "export") and self.found is None:
             return "The line is still being traced, or cannot be."
         if action == "leap" and not self._leaps:
             return "No rise was explained: its changes cannot be tried one by one."

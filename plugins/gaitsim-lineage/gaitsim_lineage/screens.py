@@ -26,8 +26,6 @@ LINEAGE = Hidden(
 )
 
 declare("lineage", [
-    Shown("earlier", "left", "Parent", "Go to the parent", "go(-1)"),
-    Shown("later", "right", "Child", "Go to the child in the line", "go(1)"),
     Shown("leap", "l", "Leap", "Go to the next of the largest rises"),
     Shown("replay", "r", "Replay", "Replay this ancestor frame by frame"),
     Shown("fork", "f", "Fork", "Start a new run from this ancestor"),

@@ -377,6 +377,16 @@ ERRORS = {
             "[:, None], keepdims=True).astype(results.genomes.dtype)}",
             "invalid genomes",
         ),
+        "parents that do not exist": (
+            ASK % "context.record_parents(np.full((context.population, 2), 10**6)); "
+            "return super().ask(state, last, context)",
+            "parents that do not exist",
+        ),
+        "parents of the wrong shape": (
+            ASK % "context.record_parents(np.zeros(context.population)); "
+            "return super().ask(state, last, context)",
+            "record_parents()",
+        ),
         "genomes by chance": (
             ASK % "return context.space.random(context.population, np.random.default_rng()), state",
             "different bits",

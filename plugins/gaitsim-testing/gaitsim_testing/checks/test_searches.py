@@ -160,7 +160,9 @@ def _check_generations(trial: SearchTrial, what: str, generations: int) -> None:
     first = state
     for generation in range(1, generations + 1):
         lent, lent_last = _copy_state(state), _copy_results(last)
-        answer: Any = search.ask(lent, lent_last, trial.context(generation, 1))
+        recorded: list[Any] = []
+        context = replace(trial.context(generation, 1), record_parents=recorded.append)
+        answer: Any = search.ask(lent, lent_last, context)
         require(
             isinstance(answer, tuple) and len(answer) == 2,
             f"ask() returns a {type(answer).__name__}",
@@ -176,6 +178,7 @@ def _check_generations(trial: SearchTrial, what: str, generations: int) -> None:
             "return context.repair(genomes)",
         )
         _check_state("ask()", what, asked, first)
+        _check_parents(trial, what, recorded, state, last)
         kept = same([state, result_arrays(last)], [lent, result_arrays(lent_last)])
         _require_kept(kept, "ask()", what)
         context = trial.context(generation, 1)
@@ -192,6 +195,30 @@ def _check_generations(trial: SearchTrial, what: str, generations: int) -> None:
             state, search.tell(_copy_state(asked), _copy_results(last), context), "tell()", what
         )
         state = _copy_state(state)
+
+
+def _check_parents(
+    trial: SearchTrial, what: str, recorded: list[Any], state: Any, last: Results | None
+) -> None:
+    """Check the parents that `ask` has recorded, if any."""
+    if not recorded:
+        return
+    remembered = trial.search.remembered(_copy_state(state))
+    none = 0 if last is None else len(last.genomes)
+    pool = none if remembered is None else len(remembered)
+    require(
+        len(recorded) == 1,
+        f"ask() records parents {len(recorded)} times ({what})",
+        "once, or never",
+        "call context.record_parents with the parents of all genomes",
+    )
+    require_array("record_parents()", what, recorded[0], (trial.population, 2), np.dtype(np.int64))
+    require(
+        bool(((recorded[0] >= -1) & (recorded[0] < pool)).all()),
+        f"ask() records parents that do not exist ({what})",
+        f"rows of the {pool} genomes that the search remembers, or −1 for none",
+        "see gaitsim.contracts.search.Parents",
+    )
 
 
 def _require_same(one: object, other: object, method: str, what: str) -> None:
