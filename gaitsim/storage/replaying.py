@@ -26,7 +26,7 @@ from gaitsim.storage.files.tables import damaged_error
 from gaitsim.storage.stages import RunStage, begin_again
 
 
-class Recorded(Protocol):
+class RecordedRun(Protocol):
     """What is read of a run; see `RunSnapshot`."""
 
     @property
@@ -60,7 +60,7 @@ class Bred:
 
 
 def breed_again(
-    run: Recorded, until: int, advance: Callable[[int], object] = lambda generations: None
+    run: RecordedRun, until: int, advance: Callable[[int], object] = lambda generations: None
 ) -> Iterator[Bred]:
     """Yield the generations of a run up to `until`, bred from the recorded scores.
 
@@ -115,7 +115,7 @@ def _pool(experiment: Experiment, last: Generation | None) -> Genomes:
 
 
 def _names(
-    run: Recorded, evaluator: Evaluator, genomes: Genomes, number: int, count: int
+    run: RecordedRun, evaluator: Evaluator, genomes: Genomes, number: int, count: int
 ) -> Sequence[str]:
     """Return the names of the values that the search reads, from one evaluation."""
     names = [*evaluator.evaluate(genomes[:1], number).values]

@@ -16,6 +16,7 @@ from gaitsim.plugin import (
     option,
     parents_of_children,
 )
+from gaitsim_searches.breeding import START_SHARE
 from gaitsim_searches.domination import front_ranks
 
 
@@ -35,13 +36,7 @@ class AgeFitness(Search):
     newcomers: int = option(
         1, "number of random individuals in each generation after the first", ge=1
     )
-    start_share: float = option(
-        0.1,
-        "share of the first population that consists of start points and mutants of them, if the "
-        "body has start points; the rest is random",
-        gt=0,
-        le=1,
-    )
+    start_share: float = START_SHARE
 
     portable: ClassVar[bool] = True
     operators: ClassVar[tuple[str, ...]] = ("crossover", "mutation")

@@ -1,10 +1,18 @@
-"""Crossover and mutation of NSGA-II, for real genes and for bits."""
+"""The first generation of searches that breed; crossover and mutation of NSGA-II."""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gaitsim.plugin import Genomes, RealSpace
+from gaitsim.plugin import Genomes, RealSpace, option
 from gaitsim.plugin.toolkit import power
+
+START_SHARE: float = option(
+    0.1,
+    "share of the first population that consists of start points and mutants of them, if the body "
+    "has start points; the rest is random",
+    gt=0,
+    le=1,
+)
 
 
 def simulated_binary(

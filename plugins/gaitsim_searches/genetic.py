@@ -14,6 +14,7 @@ from gaitsim.plugin import (
     option,
     parents_of_children,
 )
+from gaitsim_searches.breeding import START_SHARE
 
 
 class Genetic(Search):
@@ -27,13 +28,7 @@ class Genetic(Search):
         1, "number of best individuals copied unchanged into the next generation", ge=0
     )
 
-    start_share: float = option(
-        0.1,
-        "share of the first population that consists of start points and mutants of them, if the "
-        "body has start points; the rest is random",
-        gt=0,
-        le=1,
-    )
+    start_share: float = START_SHARE
 
     portable: ClassVar[bool] = True
     operators: ClassVar[tuple[str, ...]] = ("selection", "crossover", "mutation")

@@ -45,7 +45,7 @@ def test_a_different_run_exits_with_1_and_names_file_and_generation(gaitsim, run
     change_history(run)
     lines = gaitsim("verify", "puppet", code=1).stdout.splitlines()
     assert lines[0] == "runs/puppet: different"
-    assert lines[1].startswith("  generation 3: checksums.bin: does not fit the row or record")
+    assert lines[1].startswith("  generation 3: checksums.bin: does not fit")
     assert lines[2].startswith("  generation 3: history.csv: mean is 0.5, but ")
     (run / "population.previous.pickle").write_bytes(b"")
     (run / "provenance.json").unlink()

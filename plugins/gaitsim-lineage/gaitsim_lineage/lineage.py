@@ -29,7 +29,7 @@ MOST_CHANGES = 60  # changed genes of a step that are tried one by one, the larg
 
 
 @dataclass(frozen=True)
-class Change:
+class GeneChange:
     """A gene that differs between an individual and its parent.
 
     Attributes:
@@ -84,7 +84,7 @@ class Step:
     gain: float
     how: str
     other: Numbered | None
-    changes: tuple[Change, ...]
+    changes: tuple[GeneChange, ...]
     terms: Mapping[str, float]
     lost: tuple[str, ...] = ()
     added: tuple[str, ...] = ()
@@ -384,7 +384,7 @@ def _steps(run: RunSnapshot, line: Rows, workers: int | None) -> tuple[Step, ...
         how = (
             _how(changes, other, line.genomes.shape[1], named=bool(line.named[at]))
             if at
-            else "founder"
+            else _founder(run, line.genomes[0])
         )
         differences = {name: value - terms_before[name] for name, value in terms.items()}
         found.append(
@@ -428,7 +428,7 @@ def _evaluate(
 
 def _changes(
     experiment: Experiment, before: Genomes, after: Genomes, inherited: Floats
-) -> tuple[Change, ...]:
+) -> tuple[GeneChange, ...]:
     """Return the genes that differ, those that changed most first."""
     space = experiment.space()
     genes = np.flatnonzero(before != after)
@@ -439,7 +439,7 @@ def _changes(
             size = np.where(space.periodic[genes], np.minimum(size, 1 - size), size)
     genes = genes[np.argsort(-size, kind="stable")]
     return tuple(
-        Change(
+        GeneChange(
             int(gene),
             space.labels[gene],
             float(before[gene]),
@@ -466,7 +466,18 @@ def _parts(
     )
 
 
-def _how(changes: tuple[Change, ...], other: Numbered | None, genes: int, *, named: bool) -> str:
+def _founder(run: RunSnapshot, genome: Genomes) -> str:
+    """Return what the first individual of a line is."""
+    if run.start is not None and (run.start.genomes == genome).all(axis=1).any():
+        return f"start, of generation {run.start.generation} of another run"
+    starts = run.experiment_at(1).starts()
+    name = next((name for name, one in starts.items() if np.array_equal(one, genome)), "")
+    return f"start point '{name}'" if name else "founder"
+
+
+def _how(
+    changes: tuple[GeneChange, ...], other: Numbered | None, genes: int, *, named: bool
+) -> str:
     """Return how an individual arose, as far as its genes show it."""
     if not named:
         return "nearest sample"
