@@ -231,13 +231,6 @@ class Evolution(BaseModel):
         "reaches the best score",
         gt=0,
     )
-    keep_every: int | None = option(
-        None,
-        "keep the whole population at this interval, to export its motions; none: "
-        "keep those of generations 100, 200, … 900, 1000, 2000, … and the last",
-        unit="generations",
-        ge=1,
-    )
 
 
 class Islands(BaseModel):

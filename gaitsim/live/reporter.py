@@ -21,7 +21,7 @@ from gaitsim.live.protocol import (
     write_snapshot,
 )
 from gaitsim.storage.background import RunState
-from gaitsim.storage.files.folder import CHAMPIONS, kept_file
+from gaitsim.storage.files.folder import champion_file
 from gaitsim.storage.files.history import island_bests, row
 from gaitsim.storage.writer import RunWriter
 
@@ -128,7 +128,7 @@ class Reporter:
         if improved:
             self.event(number, "best", f"{progress.best_score:.4f}")
         if generation.is_champion:
-            self.event(number, "kept", kept_file(CHAMPIONS, number))
+            self.event(number, "kept", champion_file(number))
         self._wake.set()
 
     def scored(self, share: float) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from gaitsim.errors import GaitsimError
 from gaitsim.live.protocol import Best, Clock, Event, Snapshot, Speed, snapshot_of
 from gaitsim.storage.files.checkpoint import Checkpoint
-from gaitsim.storage.files.folder import CHAMPIONS, deleted_or_moved, kept_file, kept_generations
+from gaitsim.storage.files.folder import champion_file, champion_generations, deleted_or_moved
 from gaitsim.storage.growing import HistoryBuffer, RunFollower
 from gaitsim.storage.lock import is_locked
 from gaitsim.storage.snapshot import RunSnapshot
@@ -31,9 +31,7 @@ def events_in(
         if stage.first >= first
         for change in stage.changes
     ]
-    found += [
-        Event(number, "kept", kept_file(CHAMPIONS, number)) for number in kept if number >= first
-    ]
+    found += [Event(number, "kept", champion_file(number)) for number in kept if number >= first]
     for start, end in _comparable(stages, len(history)):
         best = history["best"][start - 1 : end]
         highest = np.maximum.accumulate(best)
@@ -120,7 +118,7 @@ class RunWatcher:
         self.history.extend(rows)
         stages = run.stages
         # A champion is saved before the checkpoint of its generation.
-        kept = kept_generations(self.run, CHAMPIONS, checkpoint.generation)
+        kept = champion_generations(self.run, checkpoint.generation)
         events = events_in(self.history, stages, kept, seen + 1)
         if warning and not seen:
             events.append(Event(checkpoint.generation, "warning", warning))

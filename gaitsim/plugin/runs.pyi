@@ -111,7 +111,6 @@ from gaitsim.storage.verification import (
     Verdict as Verdict,
     compare_folders as compare_folders,
     file_results as file_results,
-    populations as populations,
 )
 from gaitsim.verifying import Verifier as Verifier, check_no_atlas as check_no_atlas
 
@@ -198,7 +197,6 @@ __all__ = [
     "parse_experiment",
     "parse_world",
     "play",
-    "populations",
     "read_file",
     "read_note",
     "read_outline",

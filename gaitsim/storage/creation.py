@@ -15,7 +15,6 @@ from gaitsim.opening import read_regular
 from gaitsim.registry import plugin_errors
 from gaitsim.storage.compatibility import check_size
 from gaitsim.storage.files.checkpoint import (
-    KEPT,
     Champion,
     Start,
     pack,
@@ -36,10 +35,10 @@ from gaitsim.storage.files.folder import (
     RUNS,
     SAVES,
     START,
+    champion_file,
+    champion_generations,
     create_folder,
     find_run,
-    kept_file,
-    kept_generations,
 )
 from gaitsim.storage.files.safe_pickle import MAX_BYTES
 from gaitsim.storage.files.tables import first_rows
@@ -180,10 +179,9 @@ def fork_run(
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):
             files[name] = first_rows(path / name, checkpoint.generation)
-        for subfolder, read in KEPT.items():
-            for number in kept_generations(path, subfolder, checkpoint.generation):
-                name = kept_file(subfolder, number)
-                files[name] = pack(read(path / name))
+        for number in champion_generations(path, checkpoint.generation):
+            name = champion_file(number)
+            files[name] = pack(read_champion(path / name))
         if os.path.lexists(path / MEASURES):
             files[MEASURES] = read_regular(path / MEASURES, MAX_BYTES)
         if entries := read_provenance(path):

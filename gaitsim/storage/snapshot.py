@@ -50,14 +50,11 @@ from gaitsim.storage.files.folder import (
     HISTORY,
     ISLANDS,
     ONE_COPY,
-    POPULATIONS,
     PREVIOUS,
     SAVES,
     START,
     command,
     find_run,
-    kept_file,
-    kept_generations,
     truncation_error,
     unfinished_error,
 )
@@ -482,29 +479,6 @@ class RunSnapshot:
         if wrong:
             what = f"the {experiment.search.keeps} of the run is damaged: {wrong}"
             raise RunError(what, where=str(self.path / CHECKPOINT), remedy=ONE_COPY)
-        return found
-
-    @cached_property
-    def kept_populations(self) -> tuple[int, ...]:
-        """The generations whose whole populations the run keeps, in order, without the last."""
-        return tuple(kept_generations(self.path, POPULATIONS, self.generation - 1))
-
-    def population(self, generation: int) -> Checkpoint:
-        """Return the whole population of the last generation or of one that the run keeps.
-
-        A run keeps those of every `evolution.keep_every` generations, or a few by default.
-        """
-        if generation == self.generation:
-            return self.finished
-        name = kept_file(POPULATIONS, generation)
-        found = read_checkpoint(self.path / name)
-        wrong = found.generation != generation and f"it is of generation {found.generation}"
-        if wrong := wrong or self._mismatch(found, name):
-            raise RunError(
-                f"{name} does not belong to the run: {wrong}",
-                where=str(self.path),
-                remedy="delete the file: the generation is then evolved again",
-            )
         return found
 
     def individual(self, which: Choice = None) -> Individual:

@@ -1,7 +1,6 @@
 """Verify a run: its files are compared with one another, and its generations evolved again."""
 
 import os
-from bisect import bisect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -13,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes
-from gaitsim.errors import CheckpointError, GaitsimError, RunError
+from gaitsim.errors import CheckpointError, RunError
 from gaitsim.evaluation import Evaluator
 from gaitsim.evolution import (
     Generation,
@@ -24,7 +23,7 @@ from gaitsim.experiment import Experiment, read_outline
 from gaitsim.opening import is_folder, read_regular
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.storage.compatibility import out_of_bounds
-from gaitsim.storage.files.checkpoint import KEPT, Champion, Checkpoint
+from gaitsim.storage.files.checkpoint import Checkpoint, read_champion
 from gaitsim.storage.files.folder import (
     ADAPTATIONS,
     ALL_SCORES,
@@ -36,13 +35,12 @@ from gaitsim.storage.files.folder import (
     HISTORY,
     ISLANDS,
     MEASURES,
-    POPULATIONS,
     PREVIOUS,
     PROVENANCE,
     SAVES,
     START,
-    kept_file,
-    kept_generations,
+    champion_file,
+    champion_generations,
 )
 from gaitsim.storage.files.history import (
     best_terms,
@@ -218,7 +216,7 @@ def verify_run(
     begin(last)
     again, farthest = 0, 0.0
     if everything:
-        for generation in evolve_again(run, last, new_evaluator):
+        for generation in evolve_again(run, new_evaluator):
             again, recorded = generation.number, float(run.bests[generation.number - 1]["score"])
             score = float(generation.scores[generation.best])
             farthest = max(farthest, 0.0 if score == recorded else abs(score - recorded))
@@ -262,10 +260,7 @@ def _results(
     """Return the result for each file of a run."""
     islands = [ISLANDS] if run.islands.shape[1] > 1 else []
     previous = [PREVIOUS] if run.previous is not None else []
-    kept = [f"{POPULATIONS}/"] if run.kept_populations else []
-    evolved = dict.fromkeys(
-        [HISTORY, *islands, ALL_SCORES, CHECKSUMS, *previous, CHECKPOINT, *kept], ""
-    )
+    evolved = dict.fromkeys([HISTORY, *islands, ALL_SCORES, CHECKSUMS, *previous, CHECKPOINT], "")
     evolved[HISTORY] = "except for seconds"
     evolved[f"{CHAMPIONS}/"] = "as the threshold demands"
     if run.start is not None:
@@ -338,7 +333,7 @@ def _file_differences(run: RunSnapshot) -> Iterator[FileDifference]:
     yield from _checkpoint_differences(run, run.finished, CHECKPOINT)
     if run.previous is not None:
         yield from _checkpoint_differences(run, run.previous, PREVIOUS)
-    yield from _kept_differences(run)
+    yield from _champion_differences(run)
     yield from _measure_differences(run)
 
 
@@ -426,30 +421,26 @@ def _checkpoint_differences(
         yield FileDifference(name, outside, number)
 
 
-def _kept_differences(run: RunSnapshot) -> Iterator[FileDifference]:
-    """Compare the kept champions and populations with the other files."""
-    for subfolder, read in KEPT.items():
-        for number in kept_generations(run.path, subfolder, run.generation):
-            name = kept_file(subfolder, number)
-            try:
-                kept = read(run.path / name)
-            except CheckpointError as error:
-                yield FileDifference(name, error.what, number)
-                continue
-            if kept.generation != number:
-                yield FileDifference(name, f"of generation {kept.generation}", number)
-                continue
-            outline = read_outline(kept.experiment, name)
-            for change in changes(run.stage_at(number).outline, outline):
-                yield FileDifference(name, f"its experiment differs: {change}", number)
-            if not isinstance(kept, Champion):
-                yield from _checkpoint_differences(run, kept, name)
-                continue
-            best = run.bests[number - 1]
-            if not np.array_equal(kept.genome, best["genome"]) or kept.score != best["score"]:
-                yield FileDifference(name, f"its genome or score is not that in {BESTS}", number)
-            if kept.terms != best_terms(run.history, number):
-                yield FileDifference(name, f"its terms are not those in {HISTORY}", number)
+def _champion_differences(run: RunSnapshot) -> Iterator[FileDifference]:
+    """Compare the kept champions with the other files."""
+    for number in champion_generations(run.path, run.generation):
+        name = champion_file(number)
+        try:
+            kept = read_champion(run.path / name)
+        except CheckpointError as error:
+            yield FileDifference(name, error.what, number)
+            continue
+        if kept.generation != number:
+            yield FileDifference(name, f"of generation {kept.generation}", number)
+            continue
+        outline = read_outline(kept.experiment, name)
+        for change in changes(run.stage_at(number).outline, outline):
+            yield FileDifference(name, f"its experiment differs: {change}", number)
+        best = run.bests[number - 1]
+        if not np.array_equal(kept.genome, best["genome"]) or kept.score != best["score"]:
+            yield FileDifference(name, f"its genome or score is not that in {BESTS}", number)
+        if kept.terms != best_terms(run.history, number):
+            yield FileDifference(name, f"its terms are not those in {HISTORY}", number)
 
 
 def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[FileDifference]:
@@ -481,22 +472,17 @@ def _record_differences(run: RunSnapshot, generation: Generation) -> Iterator[Fi
 
 
 def evolve_again(
-    run: RunSnapshot,
-    until: int,
-    new_evaluator: Callable[[Experiment], Evaluator],
-    last: Generation | None = None,
+    run: RunSnapshot, new_evaluator: Callable[[Experiment], Evaluator]
 ) -> Iterator[Generation]:
-    """Evolve a run again from its experiments; yield the generations after `last` up to `until`."""
+    """Evolve a run again from its experiments, and yield its generations."""
+    last: Generation | None = None
     for stage in run.stages:
-        end = min(stage.last, until)
-        if last is not None and end <= last.number:
-            continue
-        experiment = run.experiment_at(end)
-        limits = {"generations": end, **LIMITS}  # the only stop condition
+        experiment = run.experiment_at(stage.last)
+        limits = {"generations": stage.last, **LIMITS}  # the only stop condition
         experiment = replace(experiment, evolution=experiment.evolution.model_copy(update=limits))
         start = run.starts(experiment) if last is None else None
         with new_evaluator(experiment) as evaluator:
-            if last is not None and last.number < stage.first:
+            if last is not None:
                 last = begin_again(last, stage, experiment, evaluator.evaluate)
             places = island_map(evaluator)
             for again in evolve(experiment, evaluator.evaluate, last, start, places):
@@ -516,14 +502,11 @@ def _generation_differences(run: RunSnapshot, again: Generation) -> list[FileDif
         for part in wrong_checksums(run, again)
     ]
     found += _record_differences(run, again)
-    champion = kept_file(CHAMPIONS, number)
+    champion = champion_file(number)
     if again.is_champion != os.path.lexists(run.path / champion):
         what = "is missing" if again.is_champion else "did not beat the threshold"
         found.append(FileDifference(champion, what, number))
     stored: dict[str, Checkpoint | None] = {CHECKPOINT: run.finished, PREVIOUS: run.previous}
-    if number in run.kept_populations:
-        with suppress(GaitsimError):  # reported already
-            stored[kept_file(POPULATIONS, number)] = run.population(number)
     for name, one in stored.items():
         if one is not None and one.generation == number:
             then = restore_generation(one)
@@ -618,69 +601,6 @@ def _wrong_values(
         if name in then:
             for at in np.flatnonzero((then[name] != values) & ~np.isnan(values)):
                 yield name, int(at)
-
-
-def populations(
-    run: RunSnapshot,
-    generations: Sequence[int],
-    begin: Callable[[int], object] = lambda individuals: None,
-    advance: Callable[[int], object] = lambda individuals: None,
-) -> Iterator[Generation]:
-    """Yield generations of a run with all their individuals, in order.
-
-    Those that the run did not keep are evolved again from the nearest earlier one. They must match
-    the record.
-
-    Args:
-        run: the run.
-        generations: numbers of the generations.
-        begin: called with the number of individuals that are evolved again, if there are any.
-        advance: called with the number of individuals after each generation that is evolved again.
-
-    Raises:
-        RunError: a generation does not exist, or differs from the record.
-    """
-    wanted = sorted({*generations})
-    for number in wanted:
-        run.stage_at(number)
-    # Not the snapshot's list: a user deletes a file that differs, to have it evolved again.
-    kept = [0, *kept_generations(run.path, POPULATIONS, run.generation - 1), run.generation]
-    # The generation from which each is reached: itself, or the nearest kept or reached before it.
-    starts = [
-        max(kept[bisect(kept, number) - 1], reached)
-        for reached, number in zip([0, *wanted], wanted, strict=False)
-    ]
-    again = 0
-    for stage in run.stages:
-        size = stage.outline.evolution.population * stage.outline.islands.number
-        for start, number in zip(starts, wanted, strict=True):
-            again += size * len(range(max(start + 1, stage.first), min(number, stage.last) + 1))
-    if again:
-        begin(again)
-    last: Generation | None = None
-    for start, number in zip(starts, wanted, strict=True):
-        if start and (last is None or start != last.number):
-            last = restore_generation(run.population(start))
-            remedy = "delete its file there: it is then evolved again"
-            _check_record(run, last, f"in {POPULATIONS}", remedy)
-        for found in evolve_again(run, number, Evaluator, last if start else None):
-            advance(len(found.genomes))
-            remedy = "use the versions and the machine that evolved it"
-            _check_record(run, found, "when evolved again", remedy)
-            last = found
-        if last is not None:
-            yield last
-
-
-def _check_record(run: RunSnapshot, generation: Generation, how: str, remedy: str) -> None:
-    """Check a generation against its checksums."""
-    if wrong := wrong_checksums(run, generation):
-        raise RunError(
-            f"generation {generation.number} differs from the record {how}: its "
-            f"{' and '.join(wrong)}",
-            where=str(run.path),
-            remedy=remedy,
-        )
 
 
 def compare_folders(here: Path, there: Path) -> list[FileDifference]:

@@ -32,7 +32,6 @@ from gaitsim.storage.compatibility import versions
 from gaitsim.storage.files import history
 from gaitsim.storage.files.atomic import sweep, write_bytes, writing
 from gaitsim.storage.files.checkpoint import (
-    KEPT,
     Champion,
     Checkpoint,
     write_champion,
@@ -43,13 +42,12 @@ from gaitsim.storage.files.folder import (
     CHECKPOINT,
     EXPERIMENT,
     EXPORTS,
-    POPULATIONS,
     PREVIOUS,
+    champion_file,
+    champion_generations,
     command,
     create_subfolder,
     deleted_or_moved,
-    kept_file,
-    kept_generations,
 )
 from gaitsim.storage.files.records import RecordFiles
 from gaitsim.storage.lock import RunLock
@@ -127,7 +125,7 @@ class RunWriter:
         """
         with ExitStack() as resources:
             resources.callback(RunLock(path).release)
-            own = filter(is_folder, (path / name for name in (*KEPT, EXPORTS)))
+            own = filter(is_folder, (path / name for name in (CHAMPIONS, EXPORTS)))
             for folder in (path.absolute().parent, path, *own):
                 sweep(folder)
             run = RunSnapshot(path, keep_damaged=True)
@@ -137,10 +135,9 @@ class RunWriter:
             if plan.edited:
                 write_bytes(path / EXPERIMENT, plan.experiment.to_toml().encode(), follow=False)
             with writing(path):
-                for subfolder in KEPT:
-                    for number in kept_generations(path, subfolder):
-                        if number > done:
-                            (path / kept_file(subfolder, number)).unlink(missing_ok=True)
+                for number in champion_generations(path):
+                    if number > done:
+                        (path / champion_file(number)).unlink(missing_ok=True)
             forget_failure(path)
             new_evaluator = partial(Evaluator, plan.experiment, workers, on_warning, cluster)
             return cls(run, plan, files, resources.pop_all(), new_evaluator)
@@ -235,8 +232,7 @@ class RunWriter:
     def record(self, generation: Generation) -> None:
         """Record a finished generation, and save it unless another one fits into the `PERIOD`.
 
-        A champion, a kept population, the last generation and the first one of this writer are
-        always saved at once.
+        A champion, the last generation and the first one of this writer are always saved at once.
         """
         if self.reevaluates:
             raise ValueError("call reevaluate() before recording the first generation of a stage")
@@ -254,7 +250,7 @@ class RunWriter:
         now = time.monotonic()
         seconds, self._recorded = now - self._recorded, now
         due = now + seconds > self._saved + PERIOD
-        if due or generation.is_champion or self._keeps(generation) or generation.stop:
+        if due or generation.is_champion or generation.stop:
             self.save()
 
     def save(self) -> None:
@@ -275,16 +271,8 @@ class RunWriter:
             if generation.is_champion:
                 self._write_champion(generation)
             checkpoint = self._checkpoint(generation)
-            if self._keeps(generation):
-                create_subfolder(self.path, POPULATIONS)
-                write_checkpoint(self.path / kept_file(POPULATIONS, generation.number), checkpoint)
             write_checkpoint(self.path / CHECKPOINT, checkpoint, self.path / PREVIOUS)
         self._saved = time.monotonic()
-
-    def _keeps(self, generation: Generation) -> bool:
-        number, every = generation.number, self.experiment.evolution.keep_every
-        found = number % (every or 10 ** max(2, len(str(number)) - 1)) == 0
-        return found and not (generation.stop and every is None)  # the checkpoint has the last
 
     @contextmanager
     def _explained(self) -> Iterator[None]:
@@ -307,7 +295,7 @@ class RunWriter:
             terms=generation.evaluation.terms_of(best),
         )
         create_subfolder(self.path, CHAMPIONS)
-        write_champion(self.path / kept_file(CHAMPIONS, generation.number), champion)
+        write_champion(self.path / champion_file(generation.number), champion)
 
     def _checkpoint(self, generation: Generation) -> Checkpoint:
         evaluation, progress = generation.evaluation, generation.progress

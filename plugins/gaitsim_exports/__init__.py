@@ -81,9 +81,7 @@ class MotionTable(Exporter):
     )
     population: str | None = option(
         None,
-        "export all individuals of these generations: 'last', a list such as 10,20, or 'every 10'. "
-        "A run keeps the last population and those of `evolution.keep_every`; for others, it is "
-        "evolved again from the nearest earlier one",
+        "export all individuals of these generations: 'last', a list such as 10,20, or 'every 10'",
         allowed="'last', numbers separated by commas, or 'every N'",
         placeholder="last|N,N,…|every N",
         unset="the chosen individuals",

@@ -3,7 +3,7 @@
 import csv
 import json
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import islice
@@ -25,7 +25,7 @@ from gaitsim.plugin.gait import (
     read_values,
     with_changed_body,
 )
-from gaitsim.plugin.runs import Individual, RunSnapshot, move_genomes, populations, replacing
+from gaitsim.plugin.runs import Individual, RunSnapshot, breed_again, move_genomes, replacing
 
 Numbered = Iterator[tuple[Individual, int | None]]
 """Individuals, and their numbers in their populations if those are exported."""
@@ -92,11 +92,10 @@ def _individuals(
         count, individuals = len(numbers), ((run.individual(number), None) for number in numbers)
     else:
         numbers = _generations(population, run.generation)
-        sizes = [run.stage_at(number).outline for number in numbers]
-        count = sum(one.evolution.population * one.islands.number for one in sizes)
-        individuals = _whole(
-            run, numbers, lambda more: subject.begin(count + more), subject.advance
-        )
+        for number in numbers:
+            run.stage_at(number)  # an error if there is no such generation
+        count = len(numbers) * len(run.finished.genomes)
+        individuals = _whole(run, numbers)
     if not numbers:
         raise GaitsimError(
             f"no generation to export: the run has {run.generation}",
@@ -124,11 +123,12 @@ def _generations(text: str, last: int) -> list[int]:
     )
 
 
-def _whole(
-    run: RunSnapshot, numbers: Sequence[int], *progress: Callable[[int], object]
-) -> Numbered:
-    """Yield all individuals of some generations."""
-    for generation in populations(run, numbers, *progress):
+def _whole(run: RunSnapshot, numbers: Sequence[int]) -> Numbered:
+    """Yield all individuals of some generations, which are bred again from recorded scores."""
+    for bred in breed_again(run, numbers[-1] if numbers else 0):
+        generation = bred.generation
+        if generation.number not in numbers:
+            continue
         experiment = run.experiment_at(generation.number)
         for first in range(0, len(generation.genomes), _GROUP):
             motion = move_genomes(experiment, generation.genomes[first : first + _GROUP])

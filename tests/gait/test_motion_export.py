@@ -153,25 +153,6 @@ def test_damage_applies_to_all_individuals(tmp_path):
         run.export(tmp_path / "b.npz", "motion", generations=[1, 2], every=1)
 
 
-def test_kept_populations_are_not_evolved_again(gaitsim, finished, tmp_path, monkeypatch):
-    arguments = ("--generations", 5, "--set", "evolution.keep_every=2", "--out", "kept")
-    gaitsim("run", "puppet.toml", *arguments)
-    run = gs.load("kept")
-    totals, done = [], []
-    subject = Subject(run.snapshot, (run.replay(),), totals.append, done.append)
-    write_motion(subject, tmp_path / "again.npz", None, "1,2,4,5")
-    size = run.experiment.evolution.population
-    assert totals == [4 * size, 5 * size]  # only the first generation is evolved again
-    assert sum(done) == totals[-1]
-    assert done[0] == size
-    monkeypatch.setattr("gaitsim.storage.verification.Evaluator", None)
-    run.export(tmp_path / "kept.npz", "motion", population="2,4,5")
-    again, kept = load(tmp_path / "again.npz"), load(tmp_path / "kept.npz")
-    assert set(kept["generation"]) == {2, 4, 5}
-    for name in ("score", "reach"):
-        assert np.array_equal(kept[name], again[name][again["generation"] > 1])
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [

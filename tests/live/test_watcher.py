@@ -11,7 +11,7 @@ from gaitsim.errors import ExperimentError, GaitsimError
 from gaitsim.evaluation import evaluate
 from gaitsim.live.protocol import Best
 from gaitsim.live.watcher import RunWatcher
-from gaitsim.storage.files.folder import CHAMPIONS, kept_file, kept_generations
+from gaitsim.storage.files.folder import champion_file, champion_generations
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.writer import RunWriter
 
@@ -44,14 +44,14 @@ def test_a_champion_is_reported_once_its_checkpoint_is_written(new_run):
     watch = RunWatcher(path)
     watch.poll()
     for until in range(3, 31):
-        early = path / kept_file(CHAMPIONS, until)
+        early = path / champion_file(until)
         early.touch()
         reported += watch.poll().events
         early.unlink()
         continue_run(path, until)
         reported += watch.poll().events
     numbers = [event.generation for event in reported if event.kind == "kept"]
-    assert numbers == [n for n in kept_generations(path, CHAMPIONS) if n > 2]
+    assert numbers == [n for n in champion_generations(path) if n > 2]
 
 
 async def test_a_growing_run_is_followed(new_run, monkeypatch):

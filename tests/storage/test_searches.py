@@ -29,6 +29,7 @@ NEEDED = {
     "nsga-2": ["search.objectives.reach=max", "search.objectives.price=max"],
     "designs": ["search.dimensions=['c']", "search.sample=4", "search.original=3"],
     "map-elites": ["search.axes.reach=[-2, 3]", "search.cells=[8]"],
+    "novelty": ["search.axes.reach=[-2, 3]"],
 }
 """Options without a default."""
 

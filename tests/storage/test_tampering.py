@@ -12,7 +12,7 @@ from gaitsim.errors import GaitsimError
 from gaitsim.experiment import with_overrides
 from gaitsim.storage.creation import champion_of, create_run
 from gaitsim.storage.files.checkpoint import pack, read_champion, read_checkpoint, read_start
-from gaitsim.storage.files.folder import CHAMPIONS, kept_file
+from gaitsim.storage.files.folder import champion_file
 from gaitsim.storage.files.records import RECORD
 from gaitsim.storage.snapshot import RunSnapshot
 from gaitsim.storage.verification import expected_chain, verify_run
@@ -37,12 +37,12 @@ KINDS = {
     "started": (),
 }
 SLOW = [pytest.param(kind, marks=pytest.mark.slow) for kind in KINDS if kind != "stages"]
-KEEP = "evolution.keep_every=4", "evolution.fitness_threshold=-20"
+KEEP = ("evolution.fitness_threshold=-20",)
 
 
 @pytest.fixture(params=["stages", *SLOW])
 def run(request, puppet, tmp_path, once):
-    """A run that keeps its populations, beside a copy of it at an earlier generation."""
+    """A run that keeps champions, beside a copy of it at an earlier generation."""
     kind = request.param
     path = tmp_path / kind
 
@@ -120,7 +120,7 @@ def without_champions(path):
 def with_another_champion(path):
     numbers = {int(file.stem.partition("-")[2]) for file in champions(path)}
     number = min({*range(1, LAST + 1)} - numbers)
-    shutil.copy(champions(path)[0], path / kept_file(CHAMPIONS, number))
+    shutil.copy(champions(path)[0], path / champion_file(number))
 
 
 def with_champion(path, **changes):
@@ -154,7 +154,7 @@ def with_field(path, name, field):
         case None:
             pytest.skip(f"no {field}")
         case _:
-            value += -1 if field == "generation" else 1
+            value += -1 if (field, name) == ("generation", CHECKPOINT) else 1
     (path / name).write_bytes(pack(replace(there, **{field: value})))
 
 
@@ -258,10 +258,6 @@ def with_other_start(path):
     (path / "start.pickle").write_bytes(pack(replace(start, genomes=start.genomes * 0.5)))
 
 
-def with_other_population(path):
-    with_field(path, "populations/generation-000004.pickle", "genomes")
-
-
 FORGERIES = {
     "champions deleted": without_champions,
     "a champion deleted": lambda path: champions(path)[0].unlink(),
@@ -273,7 +269,6 @@ FORGERIES = {
     "the state in the previous checkpoint": partial(with_field, name=PREVIOUS, field="state"),
     "the values in a checkpoint": partial(with_field, name=CHECKPOINT, field="values"),
     "the start": with_other_start,
-    "a kept population": with_other_population,
     **{
         f"{field} in {name}": partial(with_field, name=name, field=field)
         for name in (CHECKPOINT, PREVIOUS)

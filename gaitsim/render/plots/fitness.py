@@ -12,7 +12,7 @@ from gaitsim.individual import Individual
 from gaitsim.render.plots.components import finite_or_nan
 from gaitsim.render.plots.labels import STEPS, add_heading, format_score, heading_of_run
 from gaitsim.render.plots.style import LIGHT, WIDTH, Theme, styled
-from gaitsim.storage.files.folder import CHAMPIONS, kept_generations, unfinished_error
+from gaitsim.storage.files.folder import champion_generations, unfinished_error
 from gaitsim.storage.snapshot import RunSnapshot
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _draw_islands(
 
 def _mark_champions(axes: "Axes", run: RunSnapshot, history: History, theme: Theme) -> None:
     """Mark the saved champions and the champion of the run."""
-    kept = np.array(kept_generations(run.path, CHAMPIONS, len(history["best"])), int)
+    kept = np.array(champion_generations(run.path, len(history["best"])), int)
     style: dict[str, Any] = {"linestyle": "", "color": theme.ink, "clip_on": False, "zorder": 3}
     if len(kept):
         axes.plot(

@@ -1,6 +1,5 @@
 """Checkpoints and champions: their strictly checked contents, and their files."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +14,6 @@ from gaitsim.contracts.search import STATE_DTYPES
 from gaitsim.errors import CheckpointError, RunError
 from gaitsim.storage.files import safe_pickle
 from gaitsim.storage.files.atomic import set_aside, write_bytes, write_rotating
-from gaitsim.storage.files.folder import CHAMPIONS, POPULATIONS
 from gaitsim.storage.files.schema import (
     EXACT_KEYS,
     BelowInfinity,
@@ -173,13 +171,6 @@ def read_champion(path: Path) -> Champion:
     """Read a champion, as safely as `read_checkpoint`, with the same errors."""
     found: Champion = _unpack(path, Champion.kind)
     return found
-
-
-KEPT: Mapping[str, Callable[[Path], Champion | Checkpoint]] = {
-    CHAMPIONS: read_champion,
-    POPULATIONS: read_checkpoint,
-}
-"""Readers of the files that a run keeps of some generations, by subfolder."""
 
 
 def read_start(path: Path) -> Start:

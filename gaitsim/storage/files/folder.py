@@ -25,7 +25,7 @@ CHANGING = (EXPERIMENT, CHECKPOINT, PREVIOUS, HISTORY)
 """The files whose times are those of the last change of a run."""
 ISLANDS = "islands.csv"
 CHECKSUMS, SAVES, PROVENANCE = "checksums.bin", "saves.bin", "provenance.json"
-CHAMPIONS, POPULATIONS, EXPORTS = "champions", "populations", "exports"
+CHAMPIONS, EXPORTS = "champions", "exports"
 ADAPTATIONS = "adaptations"
 MEASURES = "measures.json"
 NOTE, TAGS = "note.txt", "tags.txt"
@@ -157,27 +157,16 @@ def check_links(folder: Path, remedy: str = "remove it") -> None:
                 )
 
 
-def kept_file(subfolder: str, generation: int) -> str:
-    """Return the path of a generation's champion or population, relative to the run's folder.
-
-    Args:
-        subfolder: `CHAMPIONS` or `POPULATIONS`.
-        generation: number of the generation.
-    """
-    return f"{subfolder}/generation-{generation:06d}.pickle"
+def champion_file(generation: int) -> str:
+    """Return the path of a generation's champion, relative to the run's folder."""
+    return f"{CHAMPIONS}/generation-{generation:06d}.pickle"
 
 
-def kept_generations(run: Path, subfolder: str, last: float = math.inf) -> list[int]:
-    """Return the generations whose champions or populations are kept in a run's folder, in order.
-
-    Args:
-        run: folder of the run.
-        subfolder: `CHAMPIONS` or `POPULATIONS`.
-        last: last generation to return.
-    """
-    if not os.path.lexists(run / subfolder):
+def champion_generations(run: Path, last: float = math.inf) -> list[int]:
+    """Return the generations up to `last` whose champions are kept in a run's folder, in order."""
+    if not os.path.lexists(run / CHAMPIONS):
         return []
-    folder = create_subfolder(run, subfolder)
+    folder = create_subfolder(run, CHAMPIONS)
     names = (path.stem for path in folder.glob("generation-*.pickle"))
     matches = (re.fullmatch(r"generation-(\d+)", name) for name in names)
     numbers = sorted(int(match[1]) for match in matches if match)
