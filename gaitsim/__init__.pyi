@@ -32,7 +32,7 @@ from gaitsim.experiment import (
     Experiment as Experiment,
     load_experiment as load_experiment,
 )
-from gaitsim.individual import Member as Member
+from gaitsim.individual import Member as Member, Numbered as Numbered
 from gaitsim.optimiser import Optimiser as Optimiser
 from gaitsim.registry.python_plugins import scalar as scalar
 from gaitsim.sharing.challenge import Challenge as Challenge

@@ -48,9 +48,9 @@ class EvolveNew(Evolve):
         None,
         "start from a given individual: the search begins around it. "
         "Give a champion file, a run (its champion), RUN@N (the best individual of generation N), "
-        "RUN#N (member N of its front or archive) or a challenge code",
+        "RUN@N:I (its individual I), RUN#N (member N of its front or archive) or a challenge code",
         flag="--from",
-        placeholder="FILE|RUN[@N|#N]|CODE",
+        placeholder="FILE|RUN[@N|@N:I|#N]|CODE",
         completion="run_names",
     )
     out: Path | None = option(

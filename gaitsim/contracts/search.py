@@ -264,8 +264,9 @@ class Context:
             populations at once; () for a single population.
         operators: selection, crossover and mutation of the experiment, if the search declares
             that it uses them.
-        record_parents: function that a search calls in `ask` with the parents of the genomes that
-            it returns, if they have any, so that `gaitsim lineage` can name them.
+        record_parents: function that a search calls in `ask` with the `Parents` of the genomes that
+            it returns, if they have any, so that `gaitsim lineage` can name them, and optionally
+            with the genomes before mutation, which tell a crossed child from a copy.
     """
 
     space: GenomeSpace
@@ -275,7 +276,7 @@ class Context:
     starts: Genomes = field(default_factory=lambda: NO_STARTS)
     populations: tuple[int, ...] = ()
     operators: Operators | None = None
-    record_parents: Callable[[Parents], object] = lambda parents: None
+    record_parents: Callable[..., object] = lambda parents, before_mutation=None: None
 
     def random(self, count: int) -> Genomes:
         """Draw genomes from the body's space, (count, genes)."""

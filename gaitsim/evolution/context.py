@@ -14,7 +14,6 @@ from gaitsim.contracts.search import (
     NO_STARTS,
     RANDOM_START,
     STATE_DTYPES,
-    Parents,
 )
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import Experiment
@@ -180,7 +179,7 @@ def context(
     populations: tuple[int, ...] = (),
     starts: Genomes = NO_STARTS,
     redrawn: bool = False,
-    record_parents: Callable[[Parents], object] = lambda parents: None,
+    record_parents: Callable[..., object] = lambda parents, before_mutation=None: None,
 ) -> CheckedContext:
     """Return the context of a call to the search of an experiment."""
     operators = None

@@ -93,7 +93,7 @@ def ask(
     if record_parents is not None:
         pool = pool_of(experiment, state, last)
         details = replace(
-            details, record_parents=_checked_parents(entry, details, len(pool), record_parents)
+            details, record_parents=_checked_parents(entry, details, pool, record_parents)
         )
     with plugin_errors(entry, "choosing genomes"):
         genomes, found = search_of(experiment).ask(state, last, details)
@@ -123,17 +123,26 @@ def pool_of(experiment: Experiment, state: State, last: Results | None) -> Genom
 
 
 def _checked_parents(
-    entry: Entry, details: Context, pool: int, record: Callable[[Parents], object]
-) -> Callable[[Parents], None]:
+    entry: Entry, details: Context, pool: Genomes, record: Callable[[Parents], object]
+) -> Callable[..., None]:
     """Return a function that checks parents, and passes them on."""
     shape = (details.population, 2)
 
-    def checked(parents: Parents) -> None:
+    def checked(parents: Parents, before_mutation: Genomes | None = None) -> None:
         valid = isinstance(parents, np.ndarray) and parents.shape == shape
-        if not (valid and parents.dtype == np.int64 and ((parents >= -1) & (parents < pool)).all()):
+        rows = len(pool)
+        if not (valid and parents.dtype == np.int64 and ((parents >= -1) & (parents < rows)).all()):
             what = "records parents of the wrong shape or dtype, or that do not exist"
-            allowed = f"int64 of shape {shape}, rows below {pool}, or −1 for none"
+            allowed = f"int64 of shape {shape}, rows below {rows}, or −1 for none"
             raise contract_error(entry, what, allowed)
+        if before_mutation is not None and rows:
+            # A child that equals a parent before mutation was not crossed.
+            main, other = parents.T
+            copied, mated = ((pool[one] == before_mutation).all(axis=1) for one in (main, other))
+            copied &= main >= 0
+            mated &= (other >= 0) & ~copied
+            main = np.where(mated, other, main)
+            parents = np.stack([main, np.where(copied | mated, -1, other)], axis=1)
         record(parents)
 
     return checked

@@ -21,7 +21,7 @@ from gaitsim.evaluation import evaluate
 from gaitsim.experiment import PORTABLE, Experiment, Overrides, parse_experiment
 from gaitsim.experiment.model import MOST_GENERATIONS
 from gaitsim.experiment.overrides import COMMAND_LINE
-from gaitsim.individual import Individual, Member
+from gaitsim.individual import Individual, Member, Numbered
 from gaitsim.opening import read_regular
 from gaitsim.repr_mixin import ReprField, ReprMixin
 from gaitsim.sharing.code import LONGEST, WHERE, contains_code, decode, encode, invalid
@@ -95,13 +95,20 @@ class Challenge(ReprMixin):
                 allowed="a body and a fitness from installed packages",
                 remedy="move the code into a package: gaitsim plugins new",
             )
+        if isinstance(individual.member, Numbered):
+            raise GaitsimError(
+                "an individual by its number cannot be shared: a code states the best of a "
+                "generation, or a member",
+                where=individual.title,
+                allowed="the best of a generation, or a member",
+            )
         if not math.isfinite(individual.score):
             raise GaitsimError("a failed individual has no score", where=individual.title)
         return cls(
             _compact(individual.experiment.to_toml()),
             individual.genome,
             individual.generation,
-            individual.member.number if isinstance(individual.member, Member) else None,
+            individual.member.number if individual.member else None,
             individual.score,
             _versions_of(individual),
         )

@@ -2,6 +2,7 @@
 
 import os
 import re
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
@@ -67,7 +68,7 @@ def create_run(
     if experiment.reality is not None:
         prepare(in_reality(experiment))  # raises an error if the reality cannot be simulated
     wanted = RUNS / experiment.name if out is None else out
-    files: dict[str, str | bytes] = {EXPERIMENT: experiment.to_toml()}
+    files: dict[str, str | bytes | Iterable[bytes]] = {EXPERIMENT: experiment.to_toml()}
     if start is not None:
         files[START] = pack(start)
     return create_folder(wanted, files, (CHAMPIONS, EXPORTS))
@@ -166,7 +167,7 @@ def fork_run(
     run = RunSnapshot(path)
     # The plan reads the checkpoint first: the files, read later, then contain all its records.
     plan = plan_resume(run, overrides, generations=generations, any_version=any_version)
-    files: dict[str, str | bytes] = {
+    files: dict[str, str | bytes | Iterable[bytes]] = {
         EXPERIMENT: plan.experiment.to_toml() if plan.edited else run.experiment_text
     }
     checkpoint = run.checkpoint
@@ -174,7 +175,8 @@ def fork_run(
         files[START] = read_regular(path / START, MAX_BYTES)
     if checkpoint is not None:
         files |= {BESTS: run.bests.tobytes(), CHECKSUMS: run.checksums.tobytes()}
-        files[ALL_SCORES] = run.score_blocks()
+        numbers = range(1, checkpoint.generation + 1)
+        files[ALL_SCORES] = (run.score_block(number) for number in numbers)
         files[SAVES] = run.saves[run.saves <= checkpoint.generation].tobytes()
         files[CHECKPOINT] = pack(checkpoint)
         for name in (HISTORY, ISLANDS) if run.islands.shape[1] > 1 else (HISTORY,):

@@ -96,9 +96,11 @@ def breed_again(
                     experiment, space, last, state, genomes, evaluation, evaluator.evaluate, 0.0
                 )
                 recorded = run.checksums[number - 1 : number]["genomes"].tobytes()
-                if recorded.strip(b"\0") and recorded != genomes_checksum(genomes):
+                if recorded != genomes_checksum(genomes):
+                    known = recorded.strip(b"\0")
+                    what = "differs from the record when bred again" if known else "has no checksum"
                     raise RunError(
-                        f"generation {number} differs from the record when bred again",
+                        f"generation {number} {what}",
                         where=str(run.path),
                         remedy="use the versions and the machine that evolved it; 'gaitsim verify' "
                         "finds files that were changed",

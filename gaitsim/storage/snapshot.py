@@ -71,7 +71,7 @@ from gaitsim.storage.files.history import (
     used_terms,
 )
 from gaitsim.storage.files.records import RECORD, SAVE
-from gaitsim.storage.files.scores import block_ends, parse_scores, read_blocks, unpack_block
+from gaitsim.storage.files.scores import block_ends, parse_scores, read_block, unpack_block
 from gaitsim.storage.files.tables import damaged_error, line_ends
 from gaitsim.storage.manage import read_note
 from gaitsim.storage.replaying import breed_again
@@ -433,15 +433,15 @@ class RunSnapshot:
             raise truncation_error(self.path, ALL_SCORES, len(ends), self.generation)
         return [0, *ends]
 
+    def score_block(self, generation: int) -> bytes:
+        """Return the block of a generation in `scores.bin`."""
+        start, end = self._score_ends[generation - 1 : generation + 1]
+        return read_block(self.path / ALL_SCORES, start, end, len(self.finished.genomes))
+
     def score_bytes(self, generation: int) -> bytes:
         """Return the numbers of a generation in `scores.bin`, as `scores_of` returns them."""
-        path, ends = self.path / ALL_SCORES, self._score_ends
-        block = read_blocks(path, ends[generation - 1], ends[generation])
-        return unpack_block(path, block, len(self.finished.genomes))
-
-    def score_blocks(self) -> bytes:
-        """Return the blocks of all generations."""
-        return read_blocks(self.path / ALL_SCORES, 0, self._score_ends[-1])
+        block = self.score_block(generation)
+        return unpack_block(self.path / ALL_SCORES, block, len(self.finished.genomes))
 
     def scores(self, generation: int) -> NDArray[np.float64]:
         """Return the scores of all individuals, then values, (1 + values, individuals)."""

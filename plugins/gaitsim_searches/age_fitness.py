@@ -69,9 +69,12 @@ class AgeFitness(Search):
         parents = rng.integers(0, len(genomes), (wanted, 2))
         children = operators.cross(genomes, parents, wanted)
         ages = np.resize(state["ages"][parents].max(axis=1), wanted)
-        asked = np.concatenate([operators.mutate(children), context.random(self.newcomers)])
-        unrelated = np.full((self.newcomers, 2), -1)
-        context.record_parents(np.concatenate([parents_of_children(parents, wanted), unrelated]))
+        new, unrelated = context.random(self.newcomers), np.full((self.newcomers, 2), -1)
+        asked = np.concatenate([operators.mutate(children), new])
+        context.record_parents(
+            np.concatenate([parents_of_children(parents, wanted), unrelated]),
+            np.concatenate([children, new]),
+        )
         return asked, {**state, "young": np.append(ages, np.zeros(self.newcomers, np.int64))}
 
     def tell(self, state: State, results: Results, context: Context) -> State:

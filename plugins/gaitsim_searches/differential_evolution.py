@@ -108,8 +108,10 @@ class DifferentialEvolution(Search):
             state["memory CR"][place] + SPREAD * standard_normal(rng, len(genomes)), 0, 1
         )
         best, one, other = self._draw_others(state, rng)
-        context.record_parents(np.stack([np.arange(len(genomes)), best], axis=1))
-        steps = differences(genomes[best], genomes, space) + differences(one, other, space)
+        itself = np.arange(len(genomes))
+        context.record_parents(np.stack([itself, np.where(best == itself, one, best)], axis=1))
+        steps = differences(genomes[best], genomes, space)
+        steps += differences(genomes[one], other, space)
         mutants = halved_past_bounds(genomes + scale[:, None] * steps, genomes, space)
         crossed = rng.random(genomes.shape) < rate[:, None]
         # At least one gene is crossed; otherwise the trial would equal the genome.
@@ -127,10 +129,10 @@ class DifferentialEvolution(Search):
 
     def _draw_others(
         self, state: State, rng: np.random.Generator
-    ) -> tuple[NDArray[np.int64], Genomes, Genomes]:
-        """Draw for each genome the row of one of the best, and two others.
+    ) -> tuple[NDArray[np.int64], NDArray[np.int64], Genomes]:
+        """Draw for each genome the rows of one of the best and of another, and a third genome.
 
-        The last one may be from the archive.
+        The third may be from the archive.
         """
         genomes, everyone = state["genomes"], np.concatenate([state["genomes"], state["archive"]])
         count, itself = len(genomes), np.arange(len(genomes))
@@ -142,7 +144,7 @@ class DifferentialEvolution(Search):
         other = rng.integers(len(everyone) - 2, size=count)
         other += other >= np.minimum(itself, one)
         other += other >= np.maximum(itself, one)
-        return best, genomes[one], everyone[other]
+        return best, one, everyone[other]
 
     def tell(self, state: State, results: Results, context: Context) -> State:
         """Replace genomes by trials with scores at least as high; update the memory of F and CR."""

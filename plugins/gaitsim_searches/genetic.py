@@ -57,9 +57,12 @@ class Genetic(Search):
             best = np.argsort(-last.scores, axis=-1, kind="stable")[..., : self.elites]
         wanted = context.population - self.elites
         parents = operators.parents(last.scores, wanted)
-        children = operators.mutate(operators.cross(last.genomes, parents, wanted))
-        copied = np.stack([best, np.full_like(best, -1)], axis=-1)
-        bred = parents_of_children(parents, wanted)
-        context.record_parents(np.concatenate([copied, bred], axis=-2))
+        crossed = operators.cross(last.genomes, parents, wanted)
+        children = operators.mutate(crossed)
         kept = np.take_along_axis(last.genomes, best[..., None], axis=-2)
+        copied = np.stack([best, np.full_like(best, -1)], axis=-1)
+        context.record_parents(
+            np.concatenate([copied, parents_of_children(parents, wanted)], axis=-2),
+            np.concatenate([kept, crossed], axis=-2),
+        )
         return np.concatenate([kept, children], axis=-2), state

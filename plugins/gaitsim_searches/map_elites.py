@@ -247,8 +247,14 @@ class MapElites(Search):
             others = np.full_like(rows, -1)
             if self.variation in ("line", "operators"):
                 others = context.rng.integers(0, len(archive.cells), context.population)
-            context.record_parents(np.stack([rows, others], axis=1))
-            genomes = self._varied(archive.genomes[rows], archive.genomes[others], context)
+            parents, elites = np.stack([rows, others], axis=1), archive.genomes[rows]
+            if context.operators is None:
+                context.record_parents(parents)
+                genomes = self._varied(elites, archive.genomes[others], context)
+            else:
+                crossed = context.operators.cross(archive.genomes, parents, context.population)
+                context.record_parents(parents, crossed)
+                genomes = context.operators.mutate(crossed)
         return context.repair(genomes), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
@@ -354,11 +360,8 @@ class MapElites(Search):
     def _varied(self, elites: Genomes, others: Genomes, context: Context) -> Genomes:
         """Return variations of elites, (count, genes), along the line to others if so chosen."""
         line = self.variation == "line"
-        if context.operators is not None:
-            pairs = np.stack([np.arange(len(elites)), len(elites) + np.arange(len(elites))], axis=1)
-            both = np.concatenate([elites, others])
-            children = context.operators.cross(both, pairs, len(elites))
-            return context.operators.mutate(children)
+        if context.operators is not None:  # start points
+            return context.operators.mutate(elites)
         if isinstance(context.space, RealSpace):
             changed = mutate_all_genes(elites, context.space, self.sigma, context.rng)
             if not line:

@@ -21,6 +21,7 @@ from gaitsim_searches.breeding import START_SHARE
 from gaitsim_searches.domination import crowding, front_ranks
 
 MOST = 10_000  # individuals in the archive; the oldest are dropped
+_CHUNK = 256  # individuals whose distances are in memory at once
 _FARTHEST = 1e100  # largest end of an axis, so that differences are finite
 
 Floats = NDArray[np.float64]
@@ -62,7 +63,11 @@ class Novelty(Search):
         if not self.axes:
             raise ValueError("'axes' must name at least one measure, such as { speed = [0, 1] }")
         for name, (low, high) in self.axes.items():
-            if not -_FARTHEST <= low < high <= _FARTHEST:
+            if max(-low, high) > _FARTHEST:
+                raise ValueError(
+                    f"the ends of the axis {name!r} must be from {-_FARTHEST:g} to {_FARTHEST:g}"
+                )
+            if not high - low >= 1 / _FARTHEST:
                 raise ValueError(
                     f"the ends of the axis {name!r} must ascend, not {low:g}, {high:g}"
                 )
@@ -92,9 +97,9 @@ class Novelty(Search):
             return context.begin(self.start_share, operators.mutate), state
         ranks, _ = self._ranks(state["scores"], state["values"], state["archive"])
         parents = operators.parents(-ranks.astype(np.float64), context.population)
-        children = operators.mutate(operators.cross(genomes, parents, context.population))
-        context.record_parents(parents_of_children(parents, context.population))
-        return children, state
+        crossed = operators.cross(genomes, parents, context.population)
+        context.record_parents(parents_of_children(parents, context.population), crossed)
+        return operators.mutate(crossed), state
 
     def tell(self, state: State, results: Results, context: Context) -> State:
         """Select the survivors from the previous survivors and their children."""
@@ -187,11 +192,20 @@ def novelty(values: Floats, archive: Floats, neighbours: int) -> Floats:
         neighbours: largest number of neighbours.
     """
     others = np.concatenate([values, archive])
+    found = np.empty(len(values))
+    for first in range(0, len(values), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        found[part] = _mean_distances(values[part], others, first, neighbours)
+    return found
+
+
+def _mean_distances(values: Floats, others: Floats, first: int, neighbours: int) -> Floats:
+    """Return the novelty of the individuals from number `first` among all others."""
     squares = np.zeros((len(values), len(others)))
     for mine, theirs in zip(values.T, others.T, strict=True):
         squares += np.square(mine[:, None] - theirs)
     rows = np.arange(len(values))
-    squares[rows, rows] = np.nan
+    squares[rows, first + rows] = np.nan  # itself
     squares = np.where(np.isnan(squares), np.inf, squares)
     if neighbours < len(others):
         squares = np.partition(squares, neighbours - 1, axis=1)[:, :neighbours]

@@ -187,21 +187,26 @@ class Nsga2(Search):
     def _children(self, state: State, context: Context) -> Genomes:
         """Breed until enough children differ from the survivors and from each other."""
         wanted, tries = context.population, 0
-        children, parents = state["genomes"][:0], np.empty((0, 2), np.int64)
+        children = crossed = state["genomes"][:0]
+        parents = np.empty((0, 2), np.int64)
         while len(children) < wanted and tries < TRIES:
             tries += 1
-            bred, theirs = self._breed(state, wanted - len(children), context)
+            bred, before, theirs = self._breed(state, wanted - len(children), context)
             new = _are_new(np.concatenate([state["genomes"], children]), bred)
             children = np.concatenate([children, bred[new]])
+            crossed = np.concatenate([crossed, before[new]])
             parents = np.concatenate([parents, theirs[new]])
         if missing := wanted - len(children):  # nearly all genomes of the space exist already
             children = np.concatenate([children, context.random(missing)])
+            crossed = np.concatenate([crossed, children[-missing:]])
             parents = np.concatenate([parents, np.full((missing, 2), -1)])
-        context.record_parents(parents)
+        context.record_parents(parents, crossed)
         return children
 
-    def _breed(self, state: State, count: int, context: Context) -> tuple[Genomes, Parents]:
-        """Return `count` repaired children of the survivors, and their parents."""
+    def _breed(
+        self, state: State, count: int, context: Context
+    ) -> tuple[Genomes, Genomes, Parents]:
+        """Return `count` repaired children, what they were before mutation, and their parents."""
         space, rng = context.space, context.rng
         pairs = -(-count // 2)
         chosen = _tournaments(state, 2 * pairs, rng).reshape(2, pairs)
@@ -215,7 +220,7 @@ class Nsga2(Search):
         else:
             children = exchange_segment(parents, crossed, rng).reshape(-1, space.genes)
         mutants = context.repair(self._mutants(children[:count], context))
-        return mutants, parents_of_children(chosen.T, count)
+        return mutants, children[:count], parents_of_children(chosen.T, count)
 
     def _mutants(self, genomes: Genomes, context: Context) -> Genomes:
         """Mutate genes at random; the genomes must be repaired afterwards."""

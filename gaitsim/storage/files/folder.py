@@ -201,13 +201,14 @@ def _time_of(file: Path) -> float:
 
 
 def create_folder(
-    wanted: Path, files: Mapping[str, str | bytes], folders: Iterable[str] = ()
+    wanted: Path, files: Mapping[str, str | bytes | Iterable[bytes]], folders: Iterable[str] = ()
 ) -> Path:
     """Create a folder with its content atomically; a number is added to an existing name.
 
     Args:
         wanted: path of the folder.
-        files: contents of files by path relative to the folder, possibly in subfolders.
+        files: contents of files by path relative to the folder, possibly in subfolders; a large
+            one in parts.
         folders: names of empty folders to create in it.
     """
     if wanted.name in ("", ".."):
@@ -226,7 +227,12 @@ def create_folder(
             for name, content in files.items():
                 (draft / name).parent.mkdir(exist_ok=True)
                 data = content.encode() if isinstance(content, str) else content
-                write_bytes(draft / name, data, follow=False)
+                if isinstance(data, bytes):
+                    write_bytes(draft / name, data, follow=False)
+                else:  # the draft becomes visible only as a whole
+                    with (draft / name).open("xb") as file:
+                        file.writelines(data)
+                        os.fsync(file.fileno())
             path = _rename_to_free_name(draft, wanted)
             sync_folder(path.parent)
     return path

@@ -21,12 +21,12 @@ class _LinePlot(Plot):
     input: ClassVar["Input"] = "individual"
     items: ClassVar[str] = "generations"
 
-    def _lineage(self, subject: Subject, leaps: int) -> "Lineage":
+    def _lineage(self, subject: Subject, explain: int) -> "Lineage":
         from gaitsim_lineage.lineage import lineage
 
         individual, run = subject.individual, subject.whole_run
         which = individual.generation if individual.member is None else individual.member
-        return lineage(run, which, leaps=leaps, begin=subject.begin, advance=subject.advance)
+        return lineage(run, which, explain=explain, begin=subject.begin, advance=subject.advance)
 
 
 class LineagePlot(_LinePlot):
@@ -39,7 +39,7 @@ class LineagePlot(_LinePlot):
         from gaitsim.plugin.pictures import PLOT_THEMES
         from gaitsim_lineage.plots import lineage_figure
 
-        return lineage_figure(self._lineage(subject, leaps=5), PLOT_THEMES[self.theme])
+        return lineage_figure(self._lineage(subject, explain=5), PLOT_THEMES[self.theme])
 
 
 class GenealogyPlot(_LinePlot):
@@ -52,4 +52,4 @@ class GenealogyPlot(_LinePlot):
         from gaitsim.plugin.pictures import PLOT_THEMES
         from gaitsim_lineage.plots import genealogy_figure
 
-        return genealogy_figure(self._lineage(subject, leaps=0), PLOT_THEMES[self.theme])
+        return genealogy_figure(self._lineage(subject, explain=0), PLOT_THEMES[self.theme])

@@ -19,7 +19,7 @@ class ShowLineage(ChosenIndividual):
     """Show the ancestors of the champion, and which change brought which gain.
 
     The search is repeated with the recorded scores, without moving bodies. Every ancestor is then
-    evaluated again beside its parent. For the largest rises, the changed genes are tried one by
+    re-evaluated beside its parent. For the largest rises, the changed genes are tried one by
     one: in the parent alone, and left out of the child.
 
     The table lists the ancestors that scored higher than all before them. Other commands take their
@@ -52,7 +52,7 @@ class ShowLineage(ChosenIndividual):
     every: bool = option(
         False, "list every ancestor, not only those that scored a new best", flag="--all"
     )
-    leaps: int = option(
+    explain: int = option(
         5, "number of the largest rises whose changes are tried one by one", ge=0, le=10_000
     )
     video: Path | None = option(
@@ -74,13 +74,14 @@ class ShowLineage(ChosenIndividual):
         from gaitsim.plugin.runs import RunSnapshot
         from gaitsim_lineage.lineage import lineage
 
+        self._check()
         run = RunSnapshot.find(self.run)
         which = self.choice
         with Progress(f"breeding {run.path} again", "generations") as progress:
             found = lineage(
                 run,
                 which,
-                leaps=self.leaps,
+                explain=self.explain,
                 workers=self.workers,
                 begin=progress.expect,
                 advance=progress.advance,
@@ -91,16 +92,29 @@ class ShowLineage(ChosenIndividual):
             _print(found, every=self.every)
         self._show(found)
 
+    def _check(self) -> None:
+        """Check that the video and the page can be written."""
+        from gaitsim.plugin import GaitsimError
+        from gaitsim.plugin.gait import check_folder
+        from gaitsim.plugin.pictures import VIDEO_FORMATS
+
+        if self.video is not None and self.video.suffix[1:].lower() not in VIDEO_FORMATS:
+            allowed = ", ".join(f".{one}" for one in VIDEO_FORMATS)
+            what = f"unknown extension for a video: {self.video}"
+            raise GaitsimError(what, where="--video", allowed=allowed)
+        for path in filter(None, (self.video, self.page)):
+            check_folder(path)
+
     def _show(self, found: Lineage) -> None:
         """Write the video and the page."""
         from gaitsim.plugin import Exporter, Subject, load_class
-        from gaitsim.plugin.commands import Progress, all_or_nothing, choose_format, report_files
-        from gaitsim.plugin.pictures import VIDEO_FORMATS, RenderSettings, Video
+        from gaitsim.plugin.commands import Progress, all_or_nothing, report_files
+        from gaitsim.plugin.pictures import RenderSettings, Video
 
         written = []
         with all_or_nothing():
             if self.video is not None:
-                chosen = choose_format(None, self.video, VIDEO_FORMATS, "mp4", "videos")
+                chosen = self.video.suffix[1:].lower()
                 notes = {one.member: one.note for one in found.shown()}
                 film = Video(
                     found.run,
@@ -122,8 +136,9 @@ class ShowLineage(ChosenIndividual):
 def _print(found: Lineage, *, every: bool) -> None:
     """Print the paragraph, the table, the reasons and what to do next."""
     from gaitsim.plugin.commands import output, print_table
-    from gaitsim.plugin.pictures import number, shorten, visible
+    from gaitsim.plugin.pictures import number, visible
     from gaitsim.plugin.runs import command, mark_of
+    from gaitsim_lineage.lineage import signed
 
     console, steps, path = output(), found.steps, found.run.path
     console.print(f"{path}: the ancestors of {found.individual.label}", style="bold")
@@ -133,21 +148,24 @@ def _print(found: Lineage, *, every: bool) -> None:
     room = max(console.width - 48, NARROW)
     for index in range(len(steps)) if every else found.records:
         step = steps[index]
-        gain = "" if step.gain != step.gain else f"{step.gain:+.3g}"
-        what = shorten(visible(step.what), room)
-        rows.append([mark_of(step.place)[1:], number(step.score), gain, step.how, what])
+        what = visible(step.what)
+        what = what if len(what) <= room else f"{what[: room - 1]}…"
+        place = mark_of(step.place)[1:]
+        rows.append([place, number(step.score), signed(step.gain), step.how, what])
     heads = ["individual", "score", "gain", "how", "what changed"]
     print_table(heads, rows, numbers=["score", "gain"])
     explained = [(step, step.why) for step in steps if step.why]
     if explained:
         console.print()
     for step, why in explained:
-        text = f"{mark_of(step.place)[1:]}: {step.gain:+.3g}, {visible(why)}"
+        text = f"{mark_of(step.place)[1:]}: {signed(step.gain)}, {visible(why)}"
         console.print(text, markup=False, highlight=False)
     same = sum(step.reproduced for step in steps)
     console.print(
         f"\n{same:,} of {len(steps):,} ancestors score as recorded, to the bit", style="dim"
     )
+    if len(steps) == 1:
+        return
     chosen = ",".join(mark_of(steps[one].place)[1:] for one in found.records[-3:])
     for purpose, line in {
         "watch the last ones side by side": command("video", path, "--generations", chosen),

@@ -94,7 +94,7 @@ class Genealogy:
         self._size, self._limit = 0, FEWEST
         self.latest = self.pool = np.empty(0, np.int64)
         self._places = np.empty((0, 2), np.int64)  # generation and number of the pool
-        self._restarts, self._anew = 0.0, True
+        self._restarts, self._begins = 0.0, True
 
     def add(self, bred: Bred) -> None:
         """Add a generation."""
@@ -132,7 +132,7 @@ class Genealogy:
         here[same] = self._places[main[same]]
         self._keep(bred, here)
         restarts = generation.figures.get(RESTARTS, 0.0)
-        self._anew, self._restarts = restarts != self._restarts, restarts
+        self._begins, self._restarts = restarts != self._restarts, restarts
         if self._size > self._limit:
             self.prune()
             self._limit = max(FEWEST, 2 * self._size)
@@ -146,7 +146,7 @@ class Genealogy:
 
     def row_of(self, genome: NDArray[Any]) -> int | None:
         """Return the row of a genome that the search has; None if it has none like it."""
-        living = self._living()
+        living = self.living
         equal = np.flatnonzero((self.rows.genomes[living] == genome).all(axis=1))
         return int(living[equal[0]]) if len(equal) else None
 
@@ -154,7 +154,7 @@ class Genealogy:
         """Drop individuals without living descendants."""
         rows = self.rows
         kept = np.zeros(len(rows), np.bool_)
-        kept[self._living()] = True
+        kept[self.living] = True
         for row, parent in zip(
             range(len(rows) - 1, -1, -1), rows.parent[::-1].tolist(), strict=True
         ):
@@ -167,14 +167,16 @@ class Genealogy:
         self._size = len(found)
         self.latest, self.pool = numbers[self.latest], numbers[self.pool]
 
-    def _living(self) -> Integers:
+    @property
+    def living(self) -> Integers:
+        """Rows of the last generation and of the genomes from which the next one is bred."""
         living = np.concatenate([self.latest, self.pool])
         return living[living >= 0]
 
     def _keep(self, bred: Bred, here: Integers) -> None:
         """Find the genomes of the next pool in the last generation, or in the pool before."""
         known = {one.tobytes(): at for at, one in enumerate(bred.generation.genomes)}
-        known |= {one.tobytes(): ~at for at, one in enumerate(bred.pool)}  # the first one of equals
+        known |= {one.tobytes(): ~at for at, one in enumerate(bred.pool)}
         at = np.array([known.get(one.tobytes(), _UNKNOWN) for one in bred.kept], np.int64)
         pool, places = np.full(len(at), NONE), np.zeros((len(at), 2), np.int64)
         new, old = (at >= 0) & (at < _UNKNOWN), at < 0
@@ -187,8 +189,8 @@ class Genealogy:
         genomes, pool = bred.generation.genomes, bred.pool
         none = np.full(len(genomes), NONE)
         if bred.parents is None:
-            anew = self._anew or not len(pool)
-            return none if anew else self._nearest(genomes, pool), none
+            begins = self._begins or not len(pool)
+            return none if begins else self._nearest(genomes, pool), none
         main, other = bred.parents.T
         both = (main >= 0) & (other >= 0)
         nearer = np.zeros(len(genomes), np.bool_)

@@ -29,11 +29,12 @@ from gaitsim.screen import (
     bindings,
     options_of,
 )
-from gaitsim_lineage.lineage import Lineage, Step, lineage
+from gaitsim_lineage.lineage import Lineage, Step, lineage, signed
 
 FPS = 12
 PAUSE = 0.1  # seconds for which the cursor rests before an ancestor is simulated
 FEW = 12  # changes that are listed
+TRIED = 9  # columns of a gain
 
 
 class LineScreen(GaitScreen):
@@ -54,10 +55,10 @@ Where an individual comes from, and which change brought which gain.
   one under the cursor walks on the right, above its changes: a gene with its value before and
   after, or a part of the body that was added or lost.
 - For the largest rises, each change was tried alone in the parent, and left out of the child: the
-  columns *alone* and *without* have the differences. **Leap** goes to the next of these rises.
+  columns *alone* and *without* have the differences. **Rise** goes to the next of these.
 - **Fork** starts a new run from the ancestor under the cursor; **Replay** and **Export** show it.
 
-The search was repeated with its recorded scores, and every ancestor was evaluated again.
+The search was repeated with its recorded scores, and every ancestor was re-evaluated.
 """
     BINDINGS = bindings("lineage")
     DEFAULT_CSS = """
@@ -94,9 +95,9 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
     @work(group="read")
     async def on_mount(self) -> None:
         self.canvas.playing = True
-        self.table.add_column("individual", width=10)
+        self.table.add_column("who", width=7)
         for name in ("score", "gain"):
-            self.table.add_column(name, width=7)
+            self.table.add_column(name, width=6)
         self.table.add_column("what changed")
         try:
             found = await self.in_thread(_trace, self.run, self._which)
@@ -104,8 +105,8 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
             self.canvas.set_skeleton(None, visible_lines(str(error)))
             return
         for step in found.steps:
-            gain = "" if step.gain != step.gain else f"{step.gain:+.2g}"
-            cells = mark_of(step.place)[1:], number(step.score, 4), gain, visible(step.what)
+            what = visible(step.what or step.how)
+            cells = mark_of(step.place)[1:], number(step.score, 3), signed(step.gain)[:6], what
             self.table.add_row(*(Text(cell, "bold" if step.why else "") for cell in cells))
         self.found = found
         self.query_one("#line-text", Static).update(Text(visible(found.paragraph())))
@@ -124,7 +125,7 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
         return None if self.found is None or self.index is None else self.found.steps[self.index]
 
     @property
-    def _leaps(self) -> list[int]:
+    def _explained(self) -> list[int]:
         """The rises whose changes were tried one by one, in order of time."""
         steps = () if self.found is None else self.found.steps
         return [index for index, step in enumerate(steps) if step.why]
@@ -134,7 +135,8 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
         """Describe the ancestor under the cursor, and let it walk once the cursor rests."""
         if self.step is None:
             return
-        self.query_one("#line-changes Static", Static).update(_describe(self.step))
+        changes = self.query_one("#line-changes Static", Static)
+        changes.update(_describe(self.step, changes.size.width))
         if not self.is_busy("walk"):
             self._walk()
 
@@ -157,11 +159,11 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
 
     # Actions
 
-    def action_leap(self) -> None:
-        leaps, index = self._leaps, self.index
+    def action_rise(self) -> None:
+        explained, index = self._explained, self.index
         assert index is not None, "available only after tracing"
-        later = [one for one in leaps if one > index]
-        self.table.move_cursor(row=(later or leaps)[0])
+        later = [one for one in explained if one > index]
+        self.table.move_cursor(row=(later or explained)[0])
 
     @on(DataTable.RowSelected)
     def _opened(self) -> None:
@@ -196,9 +198,9 @@ The search was repeated with its recorded scores, and every ancestor was evaluat
         return command("lineage", self.run, *options_of(self._which))
 
     def obstacle(self, action: str) -> str:
-        if action in ("leap", "replay", "fork", "export") and self.found is None:
+        if action in ("rise", "replay", "fork", "export") and self.found is None:
             return "The line is still being traced, or cannot be."
-        if action == "leap" and not self._leaps:
+        if action == "rise" and not self._explained:
             return "No rise was explained: its changes cannot be tried one by one."
         return super().obstacle(action)
 
@@ -226,8 +228,9 @@ def _fork(run: Path, reference: str, generation: int) -> Path:
     return create_run(experiment, run, find_individual(reference))
 
 
-def _describe(step: Step) -> Text:
+def _describe(step: Step, width: int) -> Text:
     """Return the changes of a step, as a table if they were tried one by one."""
+    room = min(max(width - 2 * TRIED, 16), 40)
     text = Text(f"{step.place}: {step.how}", "bold")
     if step.other is not None and step.how != "mutation":
         text.append(f", with {step.other}", "not bold")
@@ -237,11 +240,11 @@ def _describe(step: Step) -> Text:
     text.append("".join(f"\n{visible(one)}" for one in parts), "not bold")
     changes = () if parts else step.changes
     if any(one.tried for one in changes):
-        text.append(f"\n{'':36}{'alone':>9}{'without':>9}", "not bold dim")
+        text.append(f"\n{'':{room}}{'alone':>{TRIED}}{'without':>{TRIED}}", "not bold dim")
     for one in changes[:FEW]:
-        line = f"\n{visible(str(one))[:35]:36}"
+        line = f"\n{visible(str(one))[: room - 1]:{room}}"
         if one.tried:
-            line += f"{one.alone:>+9.2g}{-one.without:>+9.2g}"
+            line += f"{signed(one.alone):>{TRIED}}{signed(-one.without):>{TRIED}}"
         text.append(line, "not bold")
     if len(changes) > FEW:
         text.append(f"\nand {len(changes) - FEW} more", "not bold dim")

@@ -9,22 +9,32 @@ from typing import Any
 
 import numpy as np
 
-from gaitsim.plugin import BitSpace, GaitsimError, Genomes, RealSpace, ReprField, ReprMixin
+from gaitsim.plugin import (
+    ARGUMENTS,
+    BitSpace,
+    GaitsimError,
+    Genomes,
+    RealSpace,
+    ReprField,
+    ReprMixin,
+)
 from gaitsim.plugin.pictures import number as short
 from gaitsim.plugin.runs import (
     Choice,
     Evaluator,
     Experiment,
     Individual,
+    Member,
     Numbered,
     Run,
     RunSnapshot,
     breed_again,
 )
-from gaitsim_lineage.genealogy import Floats, Genealogy, Rows, line_of
+from gaitsim_lineage.genealogy import Floats, Genealogy, Integers, Rows, line_of
 
 ENOUGH = 0.9  # share of a gain that makes a change enough for it
 NEEDED = 0.5  # share of a gain whose loss makes a change needed
+CHUNK = 10_000  # individuals that are evaluated together
 MOST_CHANGES = 60  # changed genes of a step that are tried one by one, the largest first
 
 
@@ -65,8 +75,9 @@ class Step:
 
     Attributes:
         place: generation and number of the individual.
+        scale: stage and first generation of the worlds; scores of others cannot be compared.
         genome: its genome, (genes,).
-        score: its score, evaluated again in the worlds of its generation.
+        score: its score, re-evaluated in the worlds of its generation.
         recorded: the score in the record of the run.
         gain: score minus that of its parent in the same worlds; NaN for the first individual.
         how: how it arose, such as 'mutation', 'crossover' or 'first generation'.
@@ -78,6 +89,7 @@ class Step:
     """
 
     place: Numbered
+    scale: tuple[int, int]
     genome: Genomes
     score: float
     recorded: float
@@ -96,35 +108,42 @@ class Step:
 
     @property
     def what(self) -> str:
-        """What changed, the most important first, in a line."""
+        """What changed, the most important first, in a line; '' for the first individual."""
         if self.lost or self.added:
             parts = [*(f"+ {one}" for one in self.added), *(f"− {one}" for one in self.lost)]
             return ", ".join(parts)
         if not self.changes:
-            return self.how
-        tried = [one for one in self.changes if one.tried]
-        first = max(tried, key=lambda one: max(one.alone, one.without), default=self.changes[0])
+            return ""
+        first = max(
+            self.tried, key=lambda one: max(one.alone, one.without), default=self.changes[0]
+        )
         more = len(self.changes) - 1
         return f"{first}" + (f" and {more} more" if more else "")
 
     @property
+    def tried(self) -> list[GeneChange]:
+        """The changes that were tried one by one."""
+        return [one for one in self.changes if one.tried]
+
+    @property
     def why(self) -> str:
         """Which changes were enough or needed for the gain; '' if they were not tried."""
-        tried = [one for one in self.changes if one.tried]
-        if not tried or not self.gain > 0:
+        tried, gain = self.tried, self.gain
+        if not tried or not gain > 0:
             return ""
-        shares = {one.name: one.alone / self.gain for one in tried}
-        enough = [name for name, share in shares.items() if share >= ENOUGH]
-        needed = [one.name for one in tried if one.without >= NEEDED * self.gain]
-        text = (
-            f"alone enough: {', '.join(enough[:3])}" + " …" * (len(enough) > 3)
-            if enough
-            else f"none is enough alone; the most is {_percent(max(shares.values()))} of the gain "
-            f"by {max(shares, key=lambda name: shares[name])}"
-        )
-        if needed:
-            text += f"; needed: {', '.join(needed[:3])}" + " …" * (len(needed) > 3)
-        return text
+        best = max(tried, key=lambda one: one.alone)
+        enough = [one.name for one in tried if one.alone >= ENOUGH * gain]
+        needed = [one.name for one in tried if one.without >= NEEDED * gain]
+        few = len(tried) < len(self.changes)
+        text = f"of the {len(tried)} largest of {len(self.changes)} changes, " * few
+        if enough:
+            text += f"alone enough: {_listed(enough)}"
+        elif best.alone > 0:
+            text += f"none is enough alone; the most is {_percent(best.alone / gain)} of the gain"
+            text += f" by {best.name}"
+        else:
+            text += "none raises the score alone"
+        return text + (f"; needed: {_listed(needed)}" if needed else "")
 
     def to_dict(self) -> dict[str, Any]:
         """Return the step for JSON."""
@@ -165,6 +184,7 @@ class Lineage(ReprMixin):
         steps: its ancestors and itself, the first one first.
         living: individuals that the search had at the end of the individual's generation, and
             their ancestors.
+        alive: rows of those that it had.
         row: row of the individual in `living`.
         named: whether the search named the parents; otherwise, they are the nearest genomes of
             those from which each generation was bred.
@@ -174,6 +194,7 @@ class Lineage(ReprMixin):
     individual: Individual
     steps: tuple[Step, ...]
     living: Rows
+    alive: Integers
     row: int
     named: bool
 
@@ -190,12 +211,17 @@ class Lineage(ReprMixin):
 
     @property
     def records(self) -> tuple[int, ...]:
-        """Indices of the first step and of those that scored higher than all before."""
-        best, found = -np.inf, []
+        """Indices of the first and the last step, and of those that scored higher than all before.
+
+        If the fitness or the worlds change, a step is compared only with those after the change.
+        """
+        best, scale, found = -np.inf, None, []
         for index, step in enumerate(self.steps):
-            if step.score > best or index == 0:
+            if step.scale != scale:
+                best, scale = -np.inf, step.scale
+            if step.score > best or index in (0, len(self.steps) - 1):
                 found.append(index)
-                best = max(best, step.score)
+            best = max(best, step.score)
         return tuple(found)
 
     def individual_of(self, index: int) -> Individual:
@@ -219,47 +245,53 @@ class Lineage(ReprMixin):
 
         They are the first and the last one, and those with the largest rises among the records.
         """
-        records = [index for index in self.records[1:-1] if self.steps[index].gain > 0]
-        largest = sorted(records, key=lambda index: -self.steps[index].gain)[: most - 2]
-        chosen = sorted({0, *largest, len(self.steps) - 1})
+        last = len(self.steps) - 1
+        records = [at for at in self.records if 0 < at < last and self.steps[at].gain > 0]
+        largest = sorted(records, key=lambda at: -self.steps[at].gain)[: most - 2]
+        chosen = sorted({0, *largest, last})
         found = []
         for index in chosen:
             step = self.steps[index]
-            gain = f", {step.gain:+.3g}" if step.gain == step.gain else ""
-            found.append(replace(self.individual_of(index), note=f"{step.what}{gain}"))
+            note = f"{step.what}, {signed(step.gain)}" if np.isfinite(step.gain) else step.how
+            found.append(replace(self.individual_of(index), note=note))
         return tuple(found)
 
     @property
     def coalescence(self) -> int | None:
-        """The generation of the last common ancestor of all living; None if there is none."""
-        shared = _common_ancestor(self.living)
+        """The generation of the last common ancestor of all that the search had.
+
+        None if there is none, or if the search names no parents.
+        """
+        shared = _common_ancestor(self.living, self.alive) if self.named else None
         return None if shared is None else int(self.living.generation[shared])
 
     def paragraph(self) -> str:
         """Return the history of the individual in a few plain sentences."""
-        first, last = self.steps[0], self.steps[-1]
-        unit = self.individual.experiment.fitness.unit
-        unit = f" {unit}" if unit else ""
-        text = (
-            f"{_capital(str(last.place))} scores {short(last.score)}{unit}. Its line begins with "
-            f"{first.place}, which scored {short(first.score)}{unit}, and has "
-            f"{len(self.steps) - 1:,} step{'s' * (len(self.steps) != 2)}"
+        first, last, individual = self.steps[0], self.steps[-1], self.individual
+        unit = f" {individual.experiment.fitness.unit}".rstrip()
+        where = str(last.place) if individual.member is None else individual.label
+        text = f"{_capital(where)} {_scored(individual.score, unit, 'scores')}"
+        if individual.member is None or individual.member == last.place:
+            text += ". "
+        else:
+            text += f"; it is {last.place}. "
+        if len(self.steps) == 1:
+            return text + "It has no parent."
+        text += (
+            f"Its line begins with {first.place}, which {_scored(first.score, unit, 'scored')}, "
+            f"and has {len(self.steps) - 1:,} step{'s' * (len(self.steps) != 2)}, of which "
+            f"{len(self.rises):,} raised the score."
         )
-        rises = self.rises
-        text += f", of which {len(rises):,} raised the score." if rises else "."
-        if rises and np.isfinite(first.score) and last.score > first.score:
-            total = sum(self.steps[one].gain for one in rises)
-            few = rises[: min(3, len(rises))]
-            share = sum(self.steps[one].gain for one in few) / total
+        if first.scale != last.scale:
+            text += " The fitness or the worlds changed, so not all scores can be compared."
+        if few := self.rises[:3]:
             named = "; ".join(
                 f"generation {self.steps[one].place.generation}, {self.steps[one].what} "
-                f"({self.steps[one].gain:+.3g}{unit})"
+                f"({signed(self.steps[one].gain)}{unit})"
                 for one in sorted(few)
             )
-            count = "The largest rise" if len(few) == 1 else f"The {len(few)} largest rises"
-            text += f" {count} brought {_percent(share)} of all gains: {named}."
-        since = self.coalescence
-        if since is not None and len(self.steps) > 1:
+            text += f" The largest rise{'s' * (len(few) > 1)}: {named}."
+        if (since := self.coalescence) is not None:
             text += f" All individuals of its time descend from one of generation {since}."
         if not self.named:
             text += (
@@ -319,7 +351,7 @@ def lineage(
     run: RunSnapshot | Run | str | Path,
     which: Choice = None,
     *,
-    leaps: int = 5,
+    explain: int = 5,
     workers: int | None = None,
     begin: Callable[[int], object] = lambda total: None,
     advance: Callable[[int], object] = lambda done: None,
@@ -327,13 +359,13 @@ def lineage(
     """Return the line of ancestors of an individual of a run.
 
     The search is repeated with the recorded scores, without moving bodies; then the individuals of
-    the line are evaluated again.
+    the line are re-evaluated.
 
     Args:
         run: a run, or its folder or name.
         which: the best of a generation by its number, a member of a front or archive, an
             individual by generation and number; None for the champion.
-        leaps: number of the largest rises whose changes are tried one by one.
+        explain: number of the largest rises whose changes are tried one by one.
         workers: number of parallel workers.
         begin: called with the number of generations.
         advance: called with the number of generations since the last call.
@@ -344,6 +376,12 @@ def lineage(
     if isinstance(run, Run):
         run = run.path
     snapshot = run if isinstance(run, RunSnapshot) else RunSnapshot.find(str(run))
+    if not isinstance(which, int | Member | Numbered | Mapping | None):
+        raise GaitsimError(
+            f"invalid individual: {which!r:.80}",
+            where=ARGUMENTS,
+            allowed="a generation, gs.Member(3), gs.Numbered(12, 34), or None for the champion",
+        )
     individual = snapshot.individual(which)
     until = individual.generation
     begin(until)
@@ -353,76 +391,79 @@ def lineage(
         named = named and (bred.parents is not None or bred.generation.number == 1)
     assert individual.genome is not None, "individuals of runs have genomes"
     genealogy.prune()
-    row = genealogy.row_of(individual.genome)
+    row = _row(genealogy, individual)
     if row is None:
         raise GaitsimError(
             f"{individual.label} is not among the genomes that the search had",
             where=str(snapshot.path),
             remedy="'gaitsim verify' finds files that were changed",
         )
-    line = line_of(genealogy.rows, row)
-    steps = _steps(snapshot, genealogy.rows.take(np.array(line)), workers)
-    found = Lineage(snapshot, individual, steps, genealogy.rows, row, named)
-    return _with_reasons(found, leaps, workers)
+    rows = genealogy.rows
+    steps = _steps(snapshot, rows.take(np.array(line_of(rows, row))), workers)
+    found = Lineage(snapshot, individual, steps, rows, np.unique(genealogy.living), row, named)
+    return _with_reasons(found, explain, workers)
+
+
+def _row(genealogy: Genealogy, individual: Individual) -> int | None:
+    """Return the row of an individual of the last generation, or of a member."""
+    if isinstance(individual.member, Numbered):
+        return int(genealogy.latest[individual.member.number - 1])
+    assert individual.genome is not None, "individuals of runs have genomes"
+    return genealogy.row_of(individual.genome)
 
 
 def _steps(run: RunSnapshot, line: Rows, workers: int | None) -> tuple[Step, ...]:
-    """Return the steps of a line, each evaluated again beside its parent in the same worlds."""
-    generations = line.generation.tolist()
-    genomes = [(line.genomes[max(at - 1, 0)], line.genomes[at]) for at in range(len(line))]
-    wanted = [(born, one) for born, pair in zip(generations, genomes, strict=True) for one in pair]
-    scored = _evaluate(run, wanted, workers)
-    found = []
-    for at, generation in enumerate(generations):
-        (before, terms_before), (score, terms) = scored[2 * at : 2 * at + 2]
-        experiment = run.experiment_at(generation)
-        changes = _changes(experiment, *genomes[at], line.inherited[at]) if at else ()
-        lost, added = _parts(experiment, *genomes[at]) if at else ((), ())
-        place, other = Numbered(generation, int(line.number[at])), None
-        if line.other[at, 0]:
-            other = Numbered(*line.other[at].tolist())
-        how = (
-            _how(changes, other, line.genomes.shape[1], named=bool(line.named[at]))
-            if at
-            else _founder(run, line.genomes[0])
-        )
-        differences = {name: value - terms_before[name] for name, value in terms.items()}
-        found.append(
+    """Return the steps of a line, each re-evaluated beside its parent in the same worlds."""
+    scales = [_scale(run, generation) for generation in line.generation.tolist()]
+    scored: dict[tuple[tuple[int, int], int], tuple[float, dict[str, float]]] = {}
+    for scale, group in groupby(range(len(line)), scales.__getitem__):
+        members = [*group]
+        members = [max(members[0] - 1, 0), *members]  # the first parent is of other worlds
+        found = _evaluate(run, int(line.generation[members[-1]]), line.genomes[members], workers)
+        scored |= {(scale, at): one for at, one in zip(members, found, strict=True)}
+    steps = []
+    for at, scale in enumerate(scales):
+        (score, terms), (before, then) = scored[scale, at], scored[scale, max(at - 1, 0)]
+        experiment = run.experiment_at(int(line.generation[at]))
+        pair = line.genomes[max(at - 1, 0)], line.genomes[at]
+        changes = _changes(experiment, *pair, line.inherited[at])
+        lost, added = _parts(experiment, *pair)
+        other = Numbered(*line.other[at].tolist()) if line.other[at, 0] else None
+        named, genes = bool(line.named[at]), line.genomes.shape[1]
+        steps.append(
             Step(
-                place,
+                Numbered(int(line.generation[at]), int(line.number[at])),
+                scale,
                 line.genomes[at],
                 score,
                 float(line.scores[at]),
                 score - before if at and np.isfinite(before) else np.nan,
-                how,
+                _how(changes, other, genes, named=named) if at else _founder(run, pair[1]),
                 other,
                 changes,
-                differences if at else {},
+                {name: value - then[name] for name, value in terms.items()} if at else {},
                 lost,
                 added,
             )
         )
-    return tuple(found)
+    return tuple(steps)
+
+
+def _scale(run: RunSnapshot, generation: int) -> tuple[int, int]:
+    """Return the stage of a generation, and the first generation in its worlds."""
+    stage = run.stage_at(generation)
+    return stage.number, stage.outline.worlds.first_of_draw(generation)
 
 
 def _evaluate(
-    run: RunSnapshot, wanted: Sequence[tuple[int, Genomes]], workers: int | None
+    run: RunSnapshot, generation: int, genomes: Genomes, workers: int | None
 ) -> list[tuple[float, dict[str, float]]]:
-    """Return score and terms of genomes in the worlds of generations, which ascend."""
-    found: list[tuple[float, dict[str, float]]] = []
-
-    def same(one: tuple[int, Genomes]) -> tuple[int, int]:
-        stage = run.stage_at(one[0])
-        return stage.number, stage.outline.worlds.first_of_draw(one[0])
-
-    for _, group in groupby(wanted, same):
-        members = [*group]
-        generation = members[0][0]
-        with Evaluator(run.experiment_at(generation), workers) as evaluator:
-            evaluation = evaluator.evaluate(np.stack([one for _, one in members]), generation)
-        found += [
-            (float(score), evaluation.terms_of(at)) for at, score in enumerate(evaluation.scores)
-        ]
+    """Return score and terms of genomes in the worlds of a generation."""
+    found = []
+    with Evaluator(run.experiment_at(generation), workers) as evaluator:
+        for first in range(0, len(genomes), CHUNK):
+            part = evaluator.evaluate(genomes[first : first + CHUNK], generation)
+            found += [(float(one), part.terms_of(at)) for at, one in enumerate(part.scores)]
     return found
 
 
@@ -489,10 +530,10 @@ def _how(
     return "crossover and mutation" if inherited else "recombination"
 
 
-def _with_reasons(found: Lineage, leaps: int, workers: int | None) -> Lineage:
+def _with_reasons(found: Lineage, explain: int, workers: int | None) -> Lineage:
     """Return the line with the changes of its largest rises tried one by one."""
     steps = [*found.steps]
-    for index in found.rises[:leaps]:
+    for index in found.rises[:explain]:
         step, parent = steps[index], steps[index - 1]
         generation = step.place.generation
         experiment = found.run.experiment_at(generation)
@@ -506,8 +547,7 @@ def _with_reasons(found: Lineage, leaps: int, workers: int | None) -> Lineage:
         without = np.repeat(step.genome[None], len(tried), axis=0)
         without[rows, genes] = parent.genome[genes]
         genomes = experiment.space().repair(np.concatenate([alone, without]))
-        with Evaluator(experiment, workers) as evaluator:
-            scores = evaluator.evaluate(genomes, generation).scores
+        scores = np.array([one for one, _ in _evaluate(found.run, generation, genomes, workers)])
         before = step.score - step.gain
         gains, losses = np.split(np.where(np.isfinite(scores), scores, -np.inf), 2)
         changes = tuple(
@@ -518,21 +558,35 @@ def _with_reasons(found: Lineage, leaps: int, workers: int | None) -> Lineage:
     return replace(found, steps=tuple(steps))
 
 
-def _common_ancestor(rows: Rows) -> int | None:
-    """Return the last row from which all rows without children descend; None without one."""
+def _common_ancestor(rows: Rows, alive: Integers) -> int | None:
+    """Return the last row from which all that are alive descend, or that is alive itself."""
     children = np.bincount(rows.parent[rows.parent >= 0], minlength=len(rows))
     roots = np.flatnonzero(rows.parent < 0)
     if len(roots) != 1:
         return None
-    at = int(roots[0])
+    at, living = int(roots[0]), {*alive.tolist()}
     following = {parent: row for row, parent in enumerate(rows.parent.tolist())}
-    while children[at] == 1:
+    while children[at] == 1 and at not in living:
         at = following[at]
     return at
 
 
+def signed(value: float) -> str:
+    """Return a gain with its sign; '' if it is not finite."""
+    return f"{value:+.3g}".replace("-", "−") if np.isfinite(value) else ""
+
+
 def _short(value: float) -> str:
     return f"{value:.3g}".replace("-", "−")
+
+
+def _scored(score: float, unit: str, verb: str) -> str:
+    failed = "fails" if verb == "scores" else "failed"
+    return f"{verb} {short(score)}{unit}" if np.isfinite(score) else failed
+
+
+def _listed(names: Sequence[str], most: int = 3) -> str:
+    return ", ".join(names[:most]) + " …" * (len(names) > most)
 
 
 def _percent(share: float) -> str:

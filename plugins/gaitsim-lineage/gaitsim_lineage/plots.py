@@ -12,11 +12,10 @@ from gaitsim.plugin.pictures import (
     finite_or_nan,
     heading_of,
     set_generations,
-    shorten,
     styled,
 )
 from gaitsim_lineage.genealogy import Floats, Rows
-from gaitsim_lineage.lineage import Lineage
+from gaitsim_lineage.lineage import Lineage, signed
 
 NAMED = 4  # largest rises with a label
 LONGEST = 40  # characters of a label
@@ -53,10 +52,9 @@ def lineage_figure(found: Lineage, theme: Theme) -> Figure:
                 weight="bold",
                 ha="center",
             )
-            gain = f"{step.gain:+.3g}".replace("-", "−")
+            what = step.what if len(step.what) <= LONGEST else f"{step.what[: LONGEST - 1]}…"
             labels.append(
-                f"{place}  generation {step.place.generation}, {gain}: "
-                f"{shorten(step.what, LONGEST)}"
+                f"{place}  generation {step.place.generation}, {signed(step.gain)}: {what}"
             )
         text.axis("off")
         words = text.text(-0.13, 1, "\n".join(labels), va="top", transform=text.transAxes)
@@ -86,11 +84,15 @@ def genealogy_figure(found: Lineage, theme: Theme) -> Figure:
         axes.set_xlabel("generation of birth")
         set_generations(axes, {"generation": np.array([across.max()])})
         leaves = len(rows) - len(np.unique(parent))
-        axes.set_ylabel(f"{leaves:,} individuals without children")
+        axes.set_ylabel(f"{leaves:,} individual{'s' * (leaves != 1)} without children")
         since, founders = found.coalescence, int((rows.parent < 0).sum())
-        text = f"{founders:,} founder{'s' * (founders != 1)}, " + (
-            "no common ancestor" if since is None else f"common ancestor in generation {since}"
-        )
+        text = f"{founders:,} founder{'s' * (founders != 1)}, "
+        if not found.named:
+            text += "parents: the nearest samples"
+        else:
+            text += (
+                "no common ancestor" if since is None else f"common ancestor: generation {since}"
+            )
         axes.set_title(text, fontsize=6.5, loc="left")
         add_heading(figure, heading_of([found.individual]))
     return figure

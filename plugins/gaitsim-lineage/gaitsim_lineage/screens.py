@@ -26,7 +26,7 @@ LINEAGE = Hidden(
 )
 
 declare("lineage", [
-    Shown("leap", "l", "Leap", "Go to the next of the largest rises"),
+    Shown("rise", "l", "Rise", "Go to the next of the largest rises"),
     Shown("replay", "r", "Replay", "Replay this ancestor frame by frame"),
     Shown("fork", "f", "Fork", "Start a new run from this ancestor"),
     Shown("export", "e", "Export", "Export gait files, plots and videos of this ancestor"),

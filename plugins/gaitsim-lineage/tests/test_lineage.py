@@ -1,14 +1,17 @@
 """Lines of ancestors, whose gains are known in closed form."""
 
 import json
+from functools import partial
 
 import networkx as nx
 import numpy as np
 import pytest
 
 import gaitsim as gs
+from gaitsim.evaluation import evaluate
 from gaitsim.individual import Numbered
 from gaitsim.storage.replaying import breed_again
+from gaitsim.storage.writer import RunWriter
 from gaitsim_lineage import genealogy
 from gaitsim_lineage.genealogy import Genealogy, line_of
 from gaitsim_lineage.lineage import lineage
@@ -51,7 +54,7 @@ def test_every_step_is_as_recorded_and_its_gain_follows(line_run, score_of, sear
 
 def test_changes_alone_bring_their_share_of_a_gain(line_run, score_of):
     run, _ = line_run(*UNIFORM)
-    found = lineage(run, leaps=100)
+    found = lineage(run, explain=100)
     tried = [index for index in found.rises if len(found.steps[index].changes) > 1]
     assert tried
     for index in tried:
@@ -79,6 +82,53 @@ def test_inherited_genes_are_those_of_the_other_parent(line_run):
         for change in step.changes:
             assert change.inherited
             assert change.after == other[change.gene]
+
+
+@pytest.mark.parametrize("probability", [0, 0.5])
+def test_copies_of_a_parent_are_not_crossed(line_run, probability):
+    run, _ = line_run(*UNIFORM, f"crossover.pair_probability={probability}")
+    for step in lineage(run).steps[1:]:
+        if not probability:
+            assert step.how == "mutation"
+            assert step.other is None
+        assert any(one.inherited for one in step.changes) <= (step.other is not None)
+
+
+@pytest.mark.parametrize("search", ["genetic", "archive", "front", "age-fitness"])
+@pytest.mark.parametrize("generation", [2, 5, 10, 15])
+def test_the_common_ancestor_by_brute_force(line_run, search, generation):
+    run, _ = line_run(*SEARCHES[search])
+    found = lineage(run, Numbered(generation, 1))
+    lines = [{*line_of(found.living, int(row))} for row in found.alive]
+    shared = set.intersection(*lines)
+    expected = max((int(found.living.generation[row]) for row in shared), default=None)
+    assert found.coalescence == expected
+
+
+def test_equal_genomes_keep_their_own_lines(line_run):
+    run, evolved = line_run("search.elites=6", *UNIFORM)
+    number = 1 + int(np.argsort(-evolved[3].scores, kind="stable")[2])
+    one, then = Numbered(5, 3), Numbered(4, number)
+    assert np.array_equal(run.individual(one).genome, run.individual(then).genome)
+    assert lineage(run, one).steps[-1].place == lineage(run, then).steps[-1].place
+    assert str(lineage(run, then).steps[-1].place) in lineage(run, one).paragraph()
+
+
+def test_scores_before_and_after_a_change_are_not_compared(line_run):
+    run, _ = line_run(*UNIFORM)
+    changes = {"fitness.price": 3.0, "evolution.generations": 25}
+    with RunWriter.open(run.path, overrides=changes) as writer:
+        for _ in writer.evolve(partial(evaluate, writer.experiment)):
+            pass
+    found = lineage(run.reopened())
+    assert found.steps[-1].scale == (2, 1)
+    assert found.records[-1] == len(found.steps) - 1
+    assert "not all scores can be compared" in found.paragraph()
+    assert all(step.reproduced for step in found.steps)
+    border = next(at for at, step in enumerate(found.steps) if step.scale == (2, 1))
+    step, parent = found.steps[border], found.steps[border - 1]
+    scores = [np.sin(one).sum() - 3 * np.abs(one).sum() for one in (parent.genome, step.genome)]
+    assert step.gain == pytest.approx(scores[1] - scores[0])
 
 
 def test_copies_are_one_individual(line_run):
@@ -140,7 +190,7 @@ def test_the_command_and_its_json(line_run, gaitsim):
     found = json.loads(gaitsim("lineage", run.path, "--json").stdout)
     assert found["text"] == lineage(run).paragraph()
     assert found["steps"] == json.loads(json.dumps(lineage(run).to_dicts()))
-    text = gaitsim("lineage", run.path, "--all", "--leaps", 0).stdout
+    text = gaitsim("lineage", run.path, "--all", "--explain", 0).stdout
     for step in found["steps"]:
         assert f"{step['generation']}:{step['number']} " in text
     count = len(found["steps"])
@@ -180,8 +230,9 @@ def test_the_plots(line_run, gaitsim, here, kind, search):
         (("{run}", "--generation", "1:"), "invalid generation: '1:'"),
         (("{run}", "--generation", "16"), "no generation 16"),
         (("{run}", "--member", "1"), "has no members"),
-        (("{run}", "--leaps", "-1"), "--leaps"),
-        (("{run}", "--video", "a.txt"), "unknown extension"),
+        (("{run}", "--explain", "-1"), "--explain"),
+        (("{run}", "--video", "a.txt"), "--video"),
+        (("{run}", "--page", "nowhere/a.html"), "there is no folder nowhere"),
     ],
 )
 def test_mistakes_get_one_message(line_run, gaitsim, options, message):

@@ -3,6 +3,7 @@
 import io
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -160,8 +161,8 @@ def _check_generations(trial: SearchTrial, what: str, generations: int) -> None:
     first = state
     for generation in range(1, generations + 1):
         lent, lent_last = _copy_state(state), _copy_results(last)
-        recorded: list[Any] = []
-        context = replace(trial.context(generation, 1), record_parents=recorded.append)
+        recorded: list[tuple[Any, ...]] = []
+        context = replace(trial.context(generation, 1), record_parents=partial(_record, recorded))
         answer: Any = search.ask(lent, lent_last, context)
         require(
             isinstance(answer, tuple) and len(answer) == 2,
@@ -197,8 +198,16 @@ def _check_generations(trial: SearchTrial, what: str, generations: int) -> None:
         state = _copy_state(state)
 
 
+def _record(recorded: list[tuple[Any, ...]], *given: Any) -> None:
+    recorded.append(given)
+
+
 def _check_parents(
-    trial: SearchTrial, what: str, recorded: list[Any], state: Any, last: Results | None
+    trial: SearchTrial,
+    what: str,
+    recorded: list[tuple[Any, ...]],
+    state: Any,
+    last: Results | None,
 ) -> None:
     """Check the parents that `ask` has recorded, if any."""
     if not recorded:
@@ -212,9 +221,13 @@ def _check_parents(
         "once, or never",
         "call context.record_parents with the parents of all genomes",
     )
-    require_array("record_parents()", what, recorded[0], (trial.population, 2), np.dtype(np.int64))
+    rows, *before = recorded[0]
+    require_array("record_parents()", what, rows, (trial.population, 2), np.dtype(np.int64))
+    for genomes in before:
+        shape = (trial.population, trial.space.genes)
+        require_array("record_parents()", what, genomes, shape, trial.space.dtype)
     require(
-        bool(((recorded[0] >= -1) & (recorded[0] < pool)).all()),
+        bool(((rows >= -1) & (rows < pool)).all()),
         f"ask() records parents that do not exist ({what})",
         f"rows of the {pool} genomes that the search remembers, or −1 for none",
         "see gaitsim.contracts.search.Parents",
