@@ -3,7 +3,7 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
@@ -12,6 +12,7 @@ from gaitsim.contracts.product import Input, Names
 from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
+    from gaitsim.gait.gait_files import GaitFile
     from gaitsim.individual import Choice, Individual, Member, Numbered
     from gaitsim.storage.snapshot import RunSnapshot
 
@@ -225,6 +226,14 @@ class OneIndividual(ChosenIndividual):
         "robot, instead of the run's own gait",
         placeholder="FILE",
     )
+    gait_unit: Literal["rad", "deg"] | None = option(
+        None,
+        "unit of the angles in --gait, for joints whose columns state none",
+        unset="radians, unless no joint could reach them",
+    )
+    gait_repeat: int = option(
+        1, "how often the gait in --gait is repeated, such as one cycle", ge=1, le=1_000
+    )
 
     def changed(self, individual: "Individual") -> "Individual":
         """Return an individual with the chosen gait, damage, world and engine.
@@ -238,7 +247,10 @@ class OneIndividual(ChosenIndividual):
             for name in ("generation", "member", "generations"):
                 if getattr(self, name, None):
                     raise not_combinable(f"--{name}", "--gait")
-            individual = play_gait(read_gait(self.gait), individual.embodied.experiment)
+            file = read_gait(self.gait, self.gait_unit).repeated(self.gait_repeat)
+            body = individual.embodied.experiment
+            individual = play_gait(file, body)
+            _say(file, body.organism.joint_names())
         if not (self.damage or self.world or self.engine):
             return individual
         from gaitsim.evaluation.worlds import parse_world
@@ -254,6 +266,17 @@ class OneIndividual(ChosenIndividual):
     def individuals(self, run: "RunSnapshot") -> "tuple[Individual, ...]":
         """Return the chosen individuals of a run, on their changed bodies."""
         return tuple(map(self.changed, run.individuals(self.choices())))
+
+
+def _say(file: "GaitFile", joints: Sequence[str]) -> None:
+    """Print what was changed in a gait from a file, and what is not used."""
+    from gaitsim.console.printing import notice
+
+    for text in file.notices:
+        notice(f"{file.path}: {text}")
+    if unused := file.left_over(joints):
+        names = ", ".join(unused[:6]) + " …" * (len(unused) > 6)
+        notice(f"{file.path}: this body has no joints for the columns {names}")
 
 
 class SeveralIndividuals(OneIndividual):

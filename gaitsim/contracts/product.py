@@ -21,7 +21,17 @@ Figure = Any  # matplotlib.figure.Figure
 Input = Literal["run", "individual", "individuals"]
 RESERVED = (
     *("run", "kind", "format", "out", "options", "help"),
-    *("generation", "member", "damage", "world", "engine", "gait", "generations"),
+    *(
+        "generation",
+        "member",
+        "damage",
+        "world",
+        "engine",
+        "gait",
+        "gait_unit",
+        "gait_repeat",
+        "generations",
+    ),
 )
 """Options of the commands themselves, whose names no product may use."""
 

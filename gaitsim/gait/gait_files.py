@@ -6,9 +6,9 @@ import os
 import warnings
 import zipfile
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from gaitsim.errors import GaitsimError, RunError
 from gaitsim.evaluation.playing import play, require_play
 from gaitsim.experiment import Experiment
+from gaitsim.gait.gait_tables import beyond_radians, read_table
 from gaitsim.gait.matlab import read_matlab
 from gaitsim.gait.robustness import Angles
 from gaitsim.individual import Individual
@@ -154,14 +155,15 @@ def _fields(gait: Gait) -> dict[str, object]:
 def _write_csv(gait: Gait) -> bytes:
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    names = [name + METRES * (name in gait.slides) for name in gait.joint_names]
+    radians = RADIANS * bool(beyond_radians(gait.angles, ()))  # wheels turn on and on
+    names = [name + (METRES if name in gait.slides else radians) for name in gait.joint_names]
     writer.writerow(["time_s", *names])
     for frame, row in enumerate(gait.angles.tolist()):
         writer.writerow([frame / gait.frame_rate, *row])
     return text.getvalue().encode()
 
 
-METRES = " [m]"  # after the names of joints that slide in CSV
+METRES, RADIANS = " [m]", " [rad]"  # after the names of joints in CSV
 SUFFIXES = (".csv", ".npz", ".mat")
 LARGEST = 64 * 2**20  # limit for the size of a file, packed and unpacked, bytes
 MOST_FRAMES = 10_000  # the time of the footfall analysis grows with the square of the frames
@@ -172,6 +174,7 @@ _SAME_RATE = 1e-3  # relative difference up to which frame rates are equal, as f
 _ANGLES = ("joint_angles", "bestGait")
 _RATE = ("frame_rate", "frameRate")
 _NAMES = ("joint_names", "jointNames")
+_CLOSED = 1e-6  # rad, difference of frames that are the same
 _ALLOWED = (
     "a .csv with a column time_s and a column per joint, or a .npz or .mat with joint_angles or "
     "bestGait, (frames, joints) in radians"
@@ -187,20 +190,33 @@ class GaitFile:
         angles: joint angles, (frames, joints) float64, radians.
         frame_rate: frames per second, Hz; None if missing.
         joint_names: name of each joint; () if missing.
+        notices: what was changed while it was read.
     """
 
     path: Path
     angles: Angles
     frame_rate: float | None
     joint_names: tuple[str, ...]
+    notices: tuple[str, ...] = ()
+
+    def left_over(self, joints: Sequence[str]) -> list[str]:
+        """Return the names of columns that a body with these joints does not use."""
+        return [name for name in self.joint_names if name not in joints]
+
+    def repeated(self, times: int) -> "GaitFile":
+        """Return the gait several times in a row; a last frame like the first is not doubled."""
+        closed = np.allclose(self.angles[0], self.angles[-1], atol=_CLOSED)
+        cycle = self.angles[: len(self.angles) - closed]
+        angles = np.concatenate([np.tile(cycle, (times, 1)), self.angles[-1:][:closed]])
+        return replace(self, angles=angles)
 
     def in_order(self, joints: Sequence[str]) -> Angles:
-        """Return the angles in the order of a body's joints."""
+        """Return the angles in the order of a body's joints; other columns are left over."""
         if not self.joint_names and self.angles.shape[1] == len(joints):
             return self.angles
-        if sorted(self.joint_names) == sorted(joints):
+        if len({*self.joint_names}) == len(self.joint_names) and {*joints} <= {*self.joint_names}:
             return self.angles[:, [self.joint_names.index(joint) for joint in joints]]
-        unknown = [name for name in self.joint_names if name not in joints]
+        unknown = self.left_over(joints)
         what = f"{self.path} has {self.angles.shape[1]} joints, but this body has {len(joints)}"
         if unknown:
             what = f"{self.path} has the joint {literal(unknown[0])}, which this body does not have"
@@ -248,8 +264,17 @@ def _resample(file: GaitFile, angles: Angles, given: float, rate: float) -> Angl
     return np.stack([np.interp(times, frames, joint) for joint in angles.T], axis=1)
 
 
-def read_gait(path: Path) -> GaitFile:
-    """Read a gait file, .csv, .npz or .mat; no code in it is executed."""
+def read_gait(path: Path, unit: Literal["rad", "deg"] | None = None) -> GaitFile:
+    """Read a gait file, .csv, .npz or .mat; no code in it is executed.
+
+    Args:
+        path: path of the file.
+        unit: unit of the angles of joints whose unit the file does not state; None takes radians,
+            unless no joint could reach them.
+
+    Raises:
+        GaitsimError: the file is not a gait, or its angles cannot be radians.
+    """
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise GaitsimError(f"{path} does not have the extension of a gait file", allowed=_ALLOWED)
@@ -257,7 +282,7 @@ def read_gait(path: Path) -> GaitFile:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # invalid values and headers are reported below
-            return _check_fields(path, _READERS[suffix](data))
+            return _check_fields(path, _READERS[suffix](data), unit)
     except GaitsimError:
         raise
     # Invalid data can make the readers raise any exception.
@@ -285,7 +310,7 @@ def read_npz(data: bytes, largest: int) -> dict[str, NDArray[Any]]:
         return dict(file)
 
 
-def _check_fields(path: Path, fields: Mapping[str, Any]) -> GaitFile:
+def _check_fields(path: Path, fields: Mapping[str, Any], unit: str | None) -> GaitFile:
     found = next((fields[name] for name in _ANGLES if name in fields), None)
     if found is None:
         raise _invalid_file(path, f"it has neither {' nor '.join(_ANGLES)}")
@@ -310,7 +335,17 @@ def _check_fields(path: Path, fields: Mapping[str, Any]) -> GaitFile:
         raise _invalid_file(path, f"its joint names have dtype {names.dtype}; they should be text")
     if len(names) not in (0, joints):
         raise _invalid_file(path, f"it names {len(names):,} of its {joints:,} joints")
-    return GaitFile(path, angles, rate, tuple(names.tolist()))
+    stated = fields.get("stated", np.full(joints, "units" in fields))
+    if unit == "deg":
+        angles = np.where(stated, angles, np.radians(angles))
+    elif unit is None and (largest := beyond_radians(angles, stated)):
+        raise GaitsimError(
+            f"{path} has angles up to {largest:.4g} without a unit, which no joint reaches in "
+            "radians",
+            allowed="radians, or names of columns with a unit, such as 'L1 knee [deg]'",
+            remedy="add the unit to the names, or give it: --gait-unit deg, or rad",
+        )
+    return GaitFile(path, angles, rate, tuple(names.tolist()), tuple(fields.get("notices", ())))
 
 
 def _invalid_file(path: Path, reason: str) -> GaitsimError:
@@ -322,7 +357,7 @@ def _read_npz(data: bytes) -> Mapping[str, Any]:
 
 
 def _read_mat(data: bytes) -> Mapping[str, Any]:
-    return read_matlab(data, (*_ANGLES, *_RATE, *_NAMES), LARGEST)
+    return read_matlab(data, (*_ANGLES, *_RATE, *_NAMES, "units"), LARGEST)
 
 
 def _read_csv(data: bytes) -> Mapping[str, Any]:
@@ -331,17 +366,7 @@ def _read_csv(data: bytes) -> Mapping[str, Any]:
         raise ValueError(f"it has {lines:,} lines; at most {MOST_FRAMES:,} frames are allowed")
     if any(len(line) > _LONGEST for line in io.BytesIO(data)):
         raise ValueError(f"it has a line of more than {_LONGEST:,} bytes")
-    text = io.StringIO(data.decode("utf-8-sig"))
-    header = next(csv.reader([text.readline()]), [])
-    if header[:1] != ["time_s"]:
-        raise ValueError("its first column is not time_s")
-    table = np.loadtxt(text, delimiter=",", comments=None, ndmin=2)
-    names = [name.removesuffix(METRES) for name in header[1:]]
-    fields = {"joint_angles": table[:, 1:], "joint_names": np.array(names)}
-    if len(table) < 2:
-        return fields
-    seconds = float(table[-1, 0] - table[0, 0])
-    return {**fields, "frame_rate": (len(table) - 1) / seconds if seconds else np.inf}
+    return read_table(data.decode("utf-8-sig"), MOST_FRAMES)
 
 
 _READERS = dict(zip(SUFFIXES, (_read_csv, _read_npz, _read_mat), strict=True))

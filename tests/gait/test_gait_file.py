@@ -67,7 +67,7 @@ def npz(**fields):
         ("a.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "is not a gait file"),
         ("a.csv", b"", "first column is not time_s"),
         ("a.csv", b"time_s,a\n0,x\n1,2", "could not convert"),
-        ("a.csv", b"time_s,a\n0,1\n0,2\n", "frame rate is"),
+        ("a.csv", b"time_s,a\n0,1\n0,2\n", "do not ascend"),
     ],
 )
 def test_other_files_are_rejected(name, content, says, tmp_path):
@@ -97,7 +97,7 @@ def test_joints_are_put_in_the_bodys_order():
     assert file.in_order(("a", "b", "c")).tolist() == ANGLES[:, [1, 2, 0]].tolist()
     unnamed = GaitFile(Path("a.csv"), ANGLES, None, ())
     assert unnamed.in_order(("a", "b", "c")) is ANGLES
-    for joints in (("a", "b"), ("a", "b", "d")):
+    for joints in (("a", "b", "d"),):
         with pytest.raises(GaitsimError, match=r"the joint .*, which this body does not have"):
             file.in_order(joints)
     with pytest.raises(GaitsimError, match="has 3 joints, but this body has 4"):

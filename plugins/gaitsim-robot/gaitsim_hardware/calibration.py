@@ -118,6 +118,11 @@ class Calibration:
         turned: Floats = np.degrees(angles) * self._values("direction") + self._values("offset")
         return turned
 
+    @property
+    def same_as_joints(self) -> bool:
+        """Whether the angles of all servos are those of their joints."""
+        return all(one.offset == 0 and one.direction == 1 for one in self.joints.values())
+
     def joint_angles(self, degrees: Floats) -> Floats:
         """Convert servo angles, (…, joints) °, to joint angles, rad."""
         turned: Floats = (degrees - self._values("offset")) * self._values("direction")

@@ -302,11 +302,13 @@ def _differences(angles: Floats) -> Floats:
 def write_table(keyframes: Keyframes, calibration: Calibration, format: str, path: Path) -> None:
     """Write angles (format 'servo') or goal positions of servos as CSV, atomically.
 
-    The columns are `time_ms`, then one for each joint, in degrees, or for each servo, named after
-    its id.
+    The columns are `time_ms`, then one for each joint with its unit, or for each servo, named after
+    its id. The unit is `[deg]` for angles of joints, `[servo deg]` for those of servos whose centre
+    or direction differs.
     """
     check_folder(path)
-    names: Sequence[str] = keyframes.joint_names
+    unit = "deg" if calibration.same_as_joints else "servo deg"
+    names: Sequence[str] = [f"{name} [{unit}]" for name in keyframes.joint_names]
     rows: list[list[object]] = [
         [f"{angle:.{DECIMALS}f}" for angle in row] for row in keyframes.degrees.tolist()
     ]

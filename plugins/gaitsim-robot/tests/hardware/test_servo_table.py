@@ -36,7 +36,7 @@ def test_the_table_has_each_frame_in_milliseconds_and_degrees(tmp_path):
     table = table_of(gait([0, 30, -12.344]), HALF_TURN)
     write_table(table, uniform_calibration(("a", "b"), *HALF_TURN), "servo", tmp_path / "x.csv")
     header, rows = read(tmp_path / "x.csv")
-    assert header == ["time_ms", "a", "b"]
+    assert header == ["time_ms", "a [deg]", "b [deg]"]
     assert rows == [["0", "0.00", "0.00"], ["100", "30.00", "60.00"], ["200", "-12.34", "-24.69"]]
     assert b"\r" not in (tmp_path / "x.csv").read_bytes()
     assert table.deviation <= 0.005 + 1e-9
