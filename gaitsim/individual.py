@@ -40,17 +40,26 @@ class Member:
 
 @dataclass(frozen=True)
 class Numbered:
-    """Any individual of a run, identified by generation and number in it, counted from 1."""
+    """Any individual of a run, identified by generation and number in it, counted from 1.
+
+    The number 0 is the centre of the generation, around which it was drawn.
+    """
 
     generation: int
     number: int
 
     def __str__(self) -> str:
+        if not self.number:
+            return f"the centre of generation {self.generation}"
         return f"individual {self.number} of generation {self.generation}"
 
 
 Which = int | Member | Numbered | None
 """An individual of a run: the best of a generation, a member, any other, or the best of the run."""
+
+
+CENTRE = "centre"
+"""What stands for the number of the centre of a generation."""
 
 
 def mark_of(which: Which) -> str:
@@ -61,7 +70,7 @@ def mark_of(which: Which) -> str:
         case Member():
             return f"#{which.number}"
         case Numbered():
-            return f"@{which.generation}:{which.number}"
+            return f"@{which.generation}:{which.number or CENTRE}"
     return f"@{which}"
 
 
@@ -134,7 +143,7 @@ class Individual(ReprMixin):
     def label(self) -> str:
         """The name of the individual within its run, such as 'member 3 of generation 12'."""
         if isinstance(self.member, Numbered):
-            return f"generation {self.generation}:{self.member.number}{self._changes_text}"
+            return f"generation {mark_of(self.member)[1:]}{self._changes_text}"
         generation = f"generation {self.generation}{self._changes_text}"
         return generation if self.member is None else f"{self.member} of {generation}"
 

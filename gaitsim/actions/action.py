@@ -127,8 +127,8 @@ class OneRun(Action):
 
 
 NUMBER = r"0*[1-9][0-9]{0,8}"
-GENERATION = re.compile(rf"({NUMBER})(?::({NUMBER}))?")
-"""A generation, or an individual of it, such as '12' or '12:34'."""
+GENERATION = re.compile(rf"({NUMBER})(?::({NUMBER}|centre))?")
+"""A generation, or an individual of it, such as '12', '12:34' or '12:centre'."""
 
 
 def parse_generations(value: Any) -> Any:
@@ -158,9 +158,11 @@ def parse_generation(value: Any) -> Any:
 
 def _individual_of(text: str) -> "int | Numbered":
     """Return the generation in a text such as '12', or the individual in one such as '12:34'."""
-    from gaitsim.individual import Numbered
+    from gaitsim.individual import CENTRE, Numbered
 
     generation, _, number = text.partition(":")
+    if number == CENTRE:
+        return Numbered(int(generation), 0)
     return Numbered(int(generation), int(number)) if number else int(generation)
 
 

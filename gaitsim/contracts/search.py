@@ -422,6 +422,13 @@ class Search(Plugin):
         """Return the individuals that the search keeps; None by default."""
         return None
 
+    def centre(self, state: State, space: GenomeSpace) -> Genomes | None:
+        """Return the genome amid those that `ask` draws, (genes,); None for other searches.
+
+        `gaitsim lineage` shows it as their parent.
+        """
+        return None
+
     def remembered(self, state: State) -> Genomes | None:
         """Return the genomes whose scores the state contains, (genomes, genes); None by default.
 

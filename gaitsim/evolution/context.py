@@ -230,6 +230,10 @@ class WrappedSearch:
         """Return the members of the inner search."""
         return self._search.members(self._inner(state))
 
+    def centre(self, state: State, space: GenomeSpace) -> Genomes | None:
+        """Return the centre of the inner search."""
+        return self._search.centre(self._inner(state), space)
+
 
 @cache
 def _is_name(name: object) -> bool:

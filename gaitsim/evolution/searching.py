@@ -230,6 +230,16 @@ def members(experiment: Experiment, state: State) -> Members | None:
         return search_of(experiment).members(state)
 
 
+def centre(experiment: Experiment, state: State) -> Genomes | None:
+    """Return the genome amid those that the search draws, (genes,); None for other searches."""
+    entry, space = experiment.entries["search"], experiment.space()
+    with plugin_errors(entry, "returning its centre"):
+        found = search_of(experiment).centre(state, space)
+    if found is not None and not (np.ndim(found) == 1 and space.contains(found[None])):
+        raise contract_error(entry, "returned a centre that is no genome of the body")
+    return found
+
+
 def state_mismatch(experiment: Experiment, state: State, generation: int) -> str:
     """Return why a stored state does not fit the search of an experiment; '' if it does."""
     details = context(experiment, experiment.space(), generation + 1, Purpose.STATE)

@@ -18,7 +18,7 @@ from gaitsim.errors import RunError
 from gaitsim.evaluation import Evaluation, Evaluator
 from gaitsim.evolution import Generation
 from gaitsim.evolution.loop import finish_generation, next_genomes
-from gaitsim.evolution.searching import pool_of, results
+from gaitsim.evolution.searching import centre, pool_of, results
 from gaitsim.experiment import Experiment
 from gaitsim.storage.files.folder import ALL_SCORES, ONE_COPY
 from gaitsim.storage.files.records import genomes_checksum
@@ -50,12 +50,14 @@ class Bred:
         pool: genomes from which it was bred, (pool, genes): those that the search remembered, or
             the previous generation.
         parents: parents of the genomes, rows of the pool; None if the search names none.
+        centre: genome amid those of the generation, (genes,); None for searches without one.
         kept: genomes that the search remembers now, or those of the generation, (kept, genes).
     """
 
     generation: Generation
     pool: Genomes
     parents: Parents | None
+    centre: Genomes | None
     kept: Genomes
 
 
@@ -88,6 +90,7 @@ def breed_again(
                 parents: list[Parents] = []
                 pool = _pool(experiment, last)
                 genomes, state = next_genomes(experiment, space, last, start, parents.append)
+                middle = centre(experiment, state)
                 scores, *values = run.scores(number)
                 if len(values) != len(names):
                     names = _names(run, evaluator, genomes, number, len(values))
@@ -105,7 +108,8 @@ def breed_again(
                         remedy="use the versions and the machine that evolved it; 'gaitsim verify' "
                         "finds files that were changed",
                     )
-                yield Bred(last, pool, parents[0] if parents else None, _pool(experiment, last))
+                named, kept = parents[0] if parents else None, _pool(experiment, last)
+                yield Bred(last, pool, named, middle, kept)
                 advance(1)
 
 

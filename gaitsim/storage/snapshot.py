@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gaitsim.contracts import Genomes, Members
 from gaitsim.errors import CheckpointError, ExperimentError, GaitsimError, RunError, unknown
+from gaitsim.evaluation import evaluate
 from gaitsim.evolution.searching import members, state_mismatch
 from gaitsim.experiment import (
     PORTABLE,
@@ -564,6 +565,8 @@ class RunSnapshot:
             )
         if which not in self._bred:
             self._breed([which])
+        if which not in self._bred:
+            raise RunError(f"the search of the run {self.path} has no centre")
         score, genome = self._bred[which]
         found = Individual(
             self.experiment_at(which.generation),
@@ -577,7 +580,7 @@ class RunSnapshot:
         return replace(found, terms=found.evaluated_terms())
 
     def _exists(self, which: Numbered) -> bool:
-        number = 1 <= which.number <= len(self.finished.genomes)
+        number = 0 <= which.number <= len(self.finished.genomes)
         return number and 1 <= which.generation <= self.generation
 
     @cached_property
@@ -590,9 +593,13 @@ class RunSnapshot:
         for bred in breed_again(self, max(one.generation for one in wanted)):
             generation = bred.generation
             for one in wanted:
-                if one.generation == generation.number:
-                    at = one.number - 1
+                at = one.number - 1
+                if one.generation == generation.number and one.number:
                     self._bred[one] = float(generation.scores[at]), generation.genomes[at]
+                elif one.generation == generation.number and bred.centre is not None:
+                    experiment = self.experiment_at(one.generation)
+                    score = evaluate(experiment, bred.centre[None], one.generation).scores[0]
+                    self._bred[one] = float(score), bred.centre
 
     def _best(self, generation: int | None) -> Individual:
         bests = self.bests  # read first, for the clearest error if the run was deleted

@@ -323,6 +323,11 @@ class CmaEs(Search):
         spent = 0 < updated["limit"] <= updated["evaluations"]
         return self._restarted(updated, context) if reason or spent else updated
 
+    def centre(self, state: State, space: GenomeSpace) -> Genomes | None:
+        """Return the mean of the distribution."""
+        mean: Genomes = genomes(state["mean"][None], real_space(space))[0]
+        return mean
+
     def finished(self, state: State) -> str:
         """Return why the search has converged, if the option `restarts` is 'stop'."""
         reason = REASONS[int(state["converged"])] if self.restarts == "stop" else ""

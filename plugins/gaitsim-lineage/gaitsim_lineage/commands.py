@@ -160,9 +160,10 @@ def _print(found: Lineage, *, every: bool) -> None:
     for step, why in explained:
         text = f"{mark_of(step.place)[1:]}: {signed(step.gain)}, {visible(why)}"
         console.print(text, markup=False, highlight=False)
-    same = sum(step.reproduced for step in steps)
+    known = [step for step in steps if step.place.number]
+    same = sum(step.reproduced for step in known)
     console.print(
-        f"\n{same:,} of {len(steps):,} ancestors score as recorded, to the bit", style="dim"
+        f"\n{same:,} of {len(known):,} ancestors score as recorded, to the bit", style="dim"
     )
     if len(steps) == 1:
         return

@@ -31,9 +31,9 @@ class Rows:
 
     Attributes:
         genomes: genomes, (rows, genes).
-        scores: scores in the generation of birth, (rows,).
+        scores: scores in the generation of birth, (rows,); NaN for centres.
         generation: generation of birth, counted from 1, (rows,).
-        number: number in that generation, counted from 1, (rows,).
+        number: number in that generation, counted from 1; 0 for its centre, (rows,).
         parent: row of the main parent, or `NONE`, (rows,).
         other: generation and number of the other parent, (rows, 2); 0 for none.
         inherited: whether a gene differs from the main parent's and equals the other's,
@@ -95,6 +95,7 @@ class Genealogy:
         self.latest = self.pool = np.empty(0, np.int64)
         self._places = np.empty((0, 2), np.int64)  # generation and number of the pool
         self._restarts, self._begins = 0.0, True
+        self._centre = NONE
 
     def add(self, bred: Bred) -> None:
         """Add a generation."""
@@ -107,6 +108,9 @@ class Genealogy:
         new = np.flatnonzero(~same)
         rows = np.full(count, NONE)
         rows[has] = self.pool[main[has]]  # of copies, and of the parents of others
+        if bred.centre is not None:
+            self._move_centre(bred.centre, generation.number)
+            rows[:] = self._centre
         places = np.zeros((count, 2), np.int64)
         places[mated] = self._places[other[mated]]
         inherited = np.zeros(genomes.shape, np.bool_)
@@ -122,7 +126,7 @@ class Genealogy:
             rows,
             places,
             inherited,
-            np.full(count, bred.parents is not None),
+            np.full(count, bred.parents is not None or bred.centre is not None),
         )
         self._parts.append(born.take(new))
         self.latest = rows.copy()
@@ -166,12 +170,32 @@ class Genealogy:
         self._parts = [replace(found, parent=numbers[found.parent])]
         self._size = len(found)
         self.latest, self.pool = numbers[self.latest], numbers[self.pool]
+        self._centre = int(numbers[self._centre])
 
     @property
     def living(self) -> Integers:
         """Rows of the last generation and of the genomes from which the next one is bred."""
-        living = np.concatenate([self.latest, self.pool])
+        living = np.concatenate([self.latest, self.pool, [self._centre]])
         return living[living >= 0]
+
+    def _move_centre(self, genome: NDArray[Any], generation: int) -> None:
+        """Add a centre, whose parent is the one before unless the search begins anew."""
+        parent = NONE if self._begins else self._centre
+        if parent >= 0 and np.array_equal(self.rows.genomes[parent], genome):
+            return
+        self._parts.append(
+            Rows(
+                genome[None],
+                np.array([np.nan]),
+                np.array([generation]),
+                np.array([0]),
+                np.array([parent]),
+                np.zeros((1, 2), np.int64),
+                np.zeros((1, len(genome)), np.bool_),
+                np.array([True]),
+            )
+        )
+        self._centre, self._size = self._size, self._size + 1
 
     def _keep(self, bred: Bred, here: Integers) -> None:
         """Find the genomes of the next pool in the last generation, or in the pool before."""
@@ -188,6 +212,8 @@ class Genealogy:
         """Return the rows of main and other parents in the pool, (population,) each."""
         genomes, pool = bred.generation.genomes, bred.pool
         none = np.full(len(genomes), NONE)
+        if bred.centre is not None:
+            return none, none
         if bred.parents is None:
             begins = self._begins or not len(pool)
             return none if begins else self._nearest(genomes, pool), none

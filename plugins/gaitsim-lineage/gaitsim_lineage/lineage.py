@@ -103,8 +103,8 @@ class Step:
 
     @property
     def reproduced(self) -> bool:
-        """Whether the score is the recorded one, to the bit."""
-        return self.score == self.recorded
+        """Whether the score is the recorded one, to the bit; runs record none of centres."""
+        return self.score == self.recorded or np.isnan(self.recorded)
 
     @property
     def what(self) -> str:
@@ -151,7 +151,7 @@ class Step:
             "generation": self.place.generation,
             "number": self.place.number,
             "score": self.score,
-            "recorded": self.recorded,
+            "recorded": None if np.isnan(self.recorded) else self.recorded,
             "gain": None if np.isnan(self.gain) else self.gain,
             "how": self.how,
             "other": None
@@ -231,7 +231,7 @@ class Lineage(ReprMixin):
         experiment = self.run.experiment_at(generation)
         found = Individual(
             experiment,
-            step.recorded,
+            step.score,
             {},
             generation,
             step.genome,
@@ -291,7 +291,12 @@ class Lineage(ReprMixin):
                 for one in sorted(few)
             )
             text += f" The largest rise{'s' * (len(few) > 1)}: {named}."
-        if (since := self.coalescence) is not None:
+        if not self.steps[0].place.number:
+            text += (
+                " The search draws each generation around a centre, which moves: the ancestors are "
+                "the centres."
+            )
+        elif (since := self.coalescence) is not None:
             text += f" All individuals of its time descend from one of generation {since}."
         if not self.named:
             text += (
@@ -388,7 +393,8 @@ def lineage(
     genealogy, named = Genealogy(snapshot.experiment_at(until).space()), True
     for bred in breed_again(snapshot, until, advance):
         genealogy.add(bred)
-        named = named and (bred.parents is not None or bred.generation.number == 1)
+        known = bred.parents is not None or bred.centre is not None
+        named = named and (known or bred.generation.number == 1)
     assert individual.genome is not None, "individuals of runs have genomes"
     genealogy.prune()
     row = _row(genealogy, individual)
@@ -429,7 +435,12 @@ def _steps(run: RunSnapshot, line: Rows, workers: int | None) -> tuple[Step, ...
         changes = _changes(experiment, *pair, line.inherited[at])
         lost, added = _parts(experiment, *pair)
         other = Numbered(*line.other[at].tolist()) if line.other[at, 0] else None
-        named, genes = bool(line.named[at]), line.genomes.shape[1]
+        if not at:
+            how = _founder(run, pair[1])
+        elif not line.number[at - 1]:
+            how = "sample" if line.number[at] else "centre moved"
+        else:
+            how = _how(changes, other, line.genomes.shape[1], named=bool(line.named[at]))
         steps.append(
             Step(
                 Numbered(int(line.generation[at]), int(line.number[at])),
@@ -438,7 +449,7 @@ def _steps(run: RunSnapshot, line: Rows, workers: int | None) -> tuple[Step, ...
                 score,
                 float(line.scores[at]),
                 score - before if at and np.isfinite(before) else np.nan,
-                _how(changes, other, genes, named=named) if at else _founder(run, pair[1]),
+                how,
                 other,
                 changes,
                 {name: value - then[name] for name, value in terms.items()} if at else {},

@@ -26,6 +26,7 @@ SEARCHES = {
     "archive": ARCHIVE,
     "cma-es": ("search.plugin=cma-es",),
     "restarts": ("search.plugin=cma-es", "search.tolerance=0.09", "evolution.generations=40"),
+    "emitters": (*ARCHIVE, "search.variation=cma-me", "search.emitters=2"),
     "age-fitness": ("search.plugin=age-fitness", *UNIFORM),
 }
 
@@ -34,22 +35,42 @@ SEARCHES = {
 def test_every_step_is_as_recorded_and_its_gain_follows(line_run, score_of, search):
     run, evolved = line_run(*SEARCHES[search])
     found = lineage(run)
-    assert found.named == (search not in ("cma-es", "restarts"))
+    assert found.named == (search != "emitters")
     assert np.array_equal(found.steps[-1].genome, found.individual.genome)
     before = None
     for step in found.steps:
         then = evolved[step.place.generation - 1]
-        row = step.place.number - 1
-        assert np.array_equal(step.genome, then.genomes[row])
-        assert step.score == step.recorded == then.scores[row]
+        if step.place.number:
+            row = step.place.number - 1
+            assert np.array_equal(step.genome, then.genomes[row])
+            assert step.score == step.recorded == then.scores[row]
+        assert step.score == pytest.approx(score_of(step.genome))
         assert step.reproduced
         if before is not None:
-            assert before.place.generation < step.place.generation
+            ends = before.place.generation, step.place.generation
+            assert ends[0] < ends[1] or (ends[0] == ends[1] and not before.place.number)
             assert step.gain == pytest.approx(score_of(step.genome) - score_of(before.genome))
             changed = {change.gene for change in step.changes}
             assert changed == {*np.flatnonzero(step.genome != before.genome)}
             assert sum(step.terms.values()) == pytest.approx(step.gain)
         before = step
+
+
+def test_the_centres_are_the_means_of_the_distribution(line_run):
+    run, evolved = line_run("search.plugin=cma-es", "search.restarts=none")
+    space = run.experiment.space()
+    *centres, last = lineage(run, 15).steps
+    assert [step.how for step in centres[1:]] == ["centre moved"] * 14
+    assert last.how == "sample"
+    for generation, step in enumerate(centres, 1):
+        assert step.place == Numbered(generation, 0)
+        if generation > 1:
+            mean = evolved[generation - 2].state["mean"]
+            if ((mean >= 0) & (mean <= 1)).all():
+                assert step.genome == pytest.approx(space.lower + mean * space.width, abs=1e-2)
+    which = Numbered(7, 0)
+    assert np.array_equal(run.individual(which).genome, centres[6].genome)
+    assert run.individual(which).score == centres[6].score
 
 
 def test_changes_alone_bring_their_share_of_a_gain(line_run, score_of):
@@ -229,6 +250,7 @@ def test_the_plots(line_run, gaitsim, here, kind, search):
         (("{run}", "--generation", "1:13"), "no individual 13"),
         (("{run}", "--generation", "1:"), "invalid generation: '1:'"),
         (("{run}", "--generation", "16"), "no generation 16"),
+        (("{run}", "--generation", "3:centre"), "has no centre"),
         (("{run}", "--member", "1"), "has no members"),
         (("{run}", "--explain", "-1"), "--explain"),
         (("{run}", "--video", "a.txt"), "--video"),
