@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -46,11 +47,12 @@ class EvolveNew(Evolve):
     seed: int | None = option(None, "seed of all random numbers")
     from_: str | None = option(
         None,
-        "start from a given individual: the search begins around it. "
-        "Give a champion file, a run (its champion), RUN@N (the best individual of generation N), "
-        "RUN@N:I (its individual I), RUN#N (member N of its front or archive) or a challenge code",
+        "start from a given individual: the search begins around it. Give a gait file of a robot "
+        "(.csv, .npz or .mat), a champion file, a run (its champion), RUN@N (the best individual "
+        "of generation N), RUN@N:I (its individual I), RUN#N (member N of its front or archive) "
+        "or a challenge code",
         flag="--from",
-        placeholder="FILE|RUN[@N|@N:I|#N]|CODE",
+        placeholder="FILE|RUN[@N|#N]|CODE",
         completion="run_names",
     )
     out: Path | None = option(
@@ -151,7 +153,31 @@ class EvolveRun(EvolveNew):
                 allowed="the name of a preset or a file; optional with --from CODE",
                 remedy="'gaitsim experiments list' lists the presets",
             )
+        if challenge is None and self.from_ and Path(self.from_).suffix.lower() in GAITS:
+            return _start_at_gait(loaded, Path(self.from_))
         return loaded, starting_individual(loaded, challenge or self.from_)
+
+
+GAITS = (".csv", ".npz", ".mat")
+
+
+def _start_at_gait(experiment: Experiment, path: Path) -> tuple[Experiment, Champion]:
+    """Return the experiment and the start of a search that begins at a gait from a file."""
+    from gaitsim.console.printing import notice
+    from gaitsim.gait.from_file import start_from_gait
+    from gaitsim.gait.gait_files import read_gait
+    from gaitsim.storage.compatibility import versions
+    from gaitsim.storage.files.checkpoint import Champion
+
+    file = read_gait(path)
+    found = start_from_gait(experiment, file)
+    for text in (*(f"{path}: {one}" for one in file.notices), found.about):
+        notice(text)
+    one = found.individual
+    assert one.genome is not None, "a fitted gait has a genome"
+    score = one.score if math.isfinite(one.score) else 0.0
+    text, used = found.experiment.to_toml(), versions(found.experiment)
+    return found.experiment, Champion(text, used, 1, one.genome, score, {})
 
 
 class Resume(Evolve):

@@ -341,17 +341,19 @@ class Organism(Plugin):
         return None
 
     def fit_gait(
-        self, joint_angles: Array, frequency: float, frame_rate: float
+        self, joint_angles: Array, frequency: float, frame_rate: float, *, steered: bool = True
     ) -> FittedGait | None:
         """Return the gait of this body that is closest to periodic joint angles; None by default.
 
         Optional, for bodies whose gaits follow commands. If such a body is the twin of a kinematic
-        body, gaits of the latter can be steered, and exported with reflexes.
+        body, gaits of the latter can be steered, and exported with reflexes. A search can begin at
+        the fitted gait.
 
         Args:
             joint_angles: angles over whole strides, (frames, joints) rad.
             frequency: strides per second, Hz.
             frame_rate: frames per second, Hz.
+            steered: whether the gait must follow commands, if need be with a reflex.
         """
         return None
 

@@ -740,13 +740,15 @@ class Robot(Organism):
         }
         return Controller(rhythm, reflexes, states, 1 / FRAME_RATE)
 
-    def fit_gait(self, joint_angles: Array, frequency: float, frame_rate: float) -> FittedGait:
-        """Return a gait of sines, with the reflex `heading` unless the robot has reflexes."""
+    def fit_gait(
+        self, joint_angles: Array, frequency: float, frame_rate: float, *, steered: bool = True
+    ) -> FittedGait:
+        """Return a gait of sines; a steered one has a reflex, `heading` by default."""
         options = {
             "encoding": "sine",
             "symmetry": "none",
             "fastest_stride": min(max(self.fastest_stride, frequency), FASTEST),
-            "reflexes": self.reflexes or {"heading": {}},
+            "reflexes": self.reflexes or ({"heading": {}} if steered else {}),
         }
         robot = self.model_copy(update=options)
         genome, angles = robot._encoding.fit(joint_angles, frequency, frame_rate)
