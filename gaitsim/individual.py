@@ -137,7 +137,9 @@ class Individual(ReprMixin):
             body = self.experiment.entries["organism"].name
             return f"{self.source} on the {body}{self._changes_text}"
         best = f"best of generation {self.generation}{self._changes_text}"
-        return f"{self.source or self.experiment.name}, {best if self.best_of else self.label}"
+        note = f" ({self.note})" if self.note else ""
+        label = best if self.best_of else self.label
+        return f"{self.source or self.experiment.name}, {label}{note}"
 
     @property
     def label(self) -> str:

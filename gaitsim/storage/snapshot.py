@@ -488,7 +488,8 @@ class RunSnapshot:
         The best of all generations is chosen only among those comparable with the last one.
         """
         if isinstance(which, Mapping):
-            which = self._nearest(which)
+            found = self._member(member := self._nearest(which))
+            return replace(found, note=self._asked(which, member))
         if isinstance(which, Numbered):
             return self._numbered(which)
         return self._member(which) if isinstance(which, Member) else self._best(which)
@@ -521,6 +522,16 @@ class RunSnapshot:
             distance = np.maximum(distance, np.abs(known - value) / width)
         near = np.flatnonzero(distance <= distance.min() + NEAR_TOLERANCE)
         return Member(int(near[np.argmax(found.scores[near])]) + 1)
+
+    def _asked(self, values: Mapping[str, float], member: Member) -> str:
+        """Return the values of a member that differ from those asked for, as a note."""
+        known = self.required_members("").values
+        found = {name: float(known[name][member.number - 1]) for name in values}
+        return ", ".join(
+            f"{name} {value:.3g}, not {values[name]:g}"
+            for name, value in found.items()
+            if abs(value - values[name]) > 1e-9
+        )
 
     def required_members(self, remedy: str) -> Members:
         """Return the members; without any, raise an error with a remedy."""

@@ -158,3 +158,12 @@ def test_forged_scores_are_found(recorded):
     path.unlink()
     with pytest.raises(RunError, match=r"scores\.bin is missing"):
         [*breed_again(RunSnapshot(run.path), 9)]
+
+
+def test_a_member_says_which_values_are_not_those_that_were_asked_for(recorded):
+    run, _ = recorded(*ARCHIVE)
+    reach = run.members.values["reach"].tolist()
+    assert run.individual({"reach": reach[0]}).note == ""
+    found = run.individual({"reach": reach[0] + 0.5})
+    assert found.note.endswith(f", not {reach[0] + 0.5:g}")
+    assert found.note in found.title
