@@ -86,6 +86,7 @@ class Genealogy:
         latest: rows of the individuals of the last generation, (population,).
         pool: rows of the genomes from which the next generation is bred, (pool,); `NONE` for those
             of unknown origin.
+        centre: row of the centre of the last generation, or `NONE`.
     """
 
     def __init__(self, space: GenomeSpace) -> None:
@@ -95,7 +96,7 @@ class Genealogy:
         self.latest = self.pool = np.empty(0, np.int64)
         self._places = np.empty((0, 2), np.int64)  # generation and number of the pool
         self._restarts, self._begins = 0.0, True
-        self._centre = NONE
+        self.centre = NONE
 
     def add(self, bred: Bred) -> None:
         """Add a generation."""
@@ -110,7 +111,7 @@ class Genealogy:
         rows[has] = self.pool[main[has]]  # of copies, and of the parents of others
         if bred.centre is not None:
             self._move_centre(bred.centre, generation.number)
-            rows[:] = self._centre
+            rows[:] = self.centre
         places = np.zeros((count, 2), np.int64)
         places[mated] = self._places[other[mated]]
         inherited = np.zeros(genomes.shape, np.bool_)
@@ -170,17 +171,17 @@ class Genealogy:
         self._parts = [replace(found, parent=numbers[found.parent])]
         self._size = len(found)
         self.latest, self.pool = numbers[self.latest], numbers[self.pool]
-        self._centre = int(numbers[self._centre])
+        self.centre = int(numbers[self.centre])
 
     @property
     def living(self) -> Integers:
         """Rows of the last generation and of the genomes from which the next one is bred."""
-        living = np.concatenate([self.latest, self.pool, [self._centre]])
+        living = np.concatenate([self.latest, self.pool, [self.centre]])
         return living[living >= 0]
 
     def _move_centre(self, genome: NDArray[Any], generation: int) -> None:
         """Add a centre, whose parent is the one before unless the search begins anew."""
-        parent = NONE if self._begins else self._centre
+        parent = NONE if self._begins else self.centre
         if parent >= 0 and np.array_equal(self.rows.genomes[parent], genome):
             return
         self._parts.append(
@@ -195,7 +196,7 @@ class Genealogy:
                 np.array([True]),
             )
         )
-        self._centre, self._size = self._size, self._size + 1
+        self.centre, self._size = self._size, self._size + 1
 
     def _keep(self, bred: Bred, here: Integers) -> None:
         """Find the genomes of the next pool in the last generation, or in the pool before."""

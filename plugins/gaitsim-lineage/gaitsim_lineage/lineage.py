@@ -390,14 +390,16 @@ def lineage(
     individual = snapshot.individual(which)
     until = individual.generation
     begin(until)
-    genealogy, named = Genealogy(snapshot.experiment_at(until).space()), True
+    genealogy = Genealogy(snapshot.experiment_at(until).space())
+    named, best = True, 0
     for bred in breed_again(snapshot, until, advance):
         genealogy.add(bred)
         known = bred.parents is not None or bred.centre is not None
         named = named and (known or bred.generation.number == 1)
+        best = bred.generation.best
     assert individual.genome is not None, "individuals of runs have genomes"
     genealogy.prune()
-    row = _row(genealogy, individual)
+    row = _row(genealogy, individual, best)
     if row is None:
         raise GaitsimError(
             f"{individual.label} is not among the genomes that the search had",
@@ -410,10 +412,15 @@ def lineage(
     return _with_reasons(found, explain, workers)
 
 
-def _row(genealogy: Genealogy, individual: Individual) -> int | None:
-    """Return the row of an individual of the last generation, or of a member."""
-    if isinstance(individual.member, Numbered):
-        return int(genealogy.latest[individual.member.number - 1])
+def _row(genealogy: Genealogy, individual: Individual, best: int) -> int | None:
+    """Return the row of an individual, given the index of the best of the last generation."""
+    match individual.member:
+        case Numbered(number=0):
+            return genealogy.centre
+        case Numbered(number=number):
+            return int(genealogy.latest[number - 1])
+        case None:
+            return int(genealogy.latest[best])
     assert individual.genome is not None, "individuals of runs have genomes"
     return genealogy.row_of(individual.genome)
 
@@ -544,7 +551,7 @@ def _how(
 def _with_reasons(found: Lineage, explain: int, workers: int | None) -> Lineage:
     """Return the line with the changes of its largest rises tried one by one."""
     steps = [*found.steps]
-    for index in found.rises[:explain]:
+    for index in found.rises[: max(explain, 0)]:
         step, parent = steps[index], steps[index - 1]
         generation = step.place.generation
         experiment = found.run.experiment_at(generation)

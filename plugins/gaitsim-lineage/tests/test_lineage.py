@@ -69,6 +69,8 @@ def test_the_centres_are_the_means_of_the_distribution(line_run):
             if ((mean >= 0) & (mean <= 1)).all():
                 assert step.genome == pytest.approx(space.lower + mean * space.width, abs=1e-2)
     which = Numbered(7, 0)
+    assert lineage(run, which).steps[-1].place == which
+    assert len(lineage(run, which).steps) == 7
     assert np.array_equal(run.individual(which).genome, centres[6].genome)
     assert run.individual(which).score == centres[6].score
 
