@@ -95,7 +95,7 @@ The search was repeated with its recorded scores, and every ancestor was re-eval
     @work(group="read")
     async def on_mount(self) -> None:
         self.canvas.playing = True
-        self.table.add_column("who", width=7)
+        self.table.add_column("who", width=9)
         for name in ("score", "gain"):
             self.table.add_column(name, width=6)
         self.table.add_column("what changed")
