@@ -13,7 +13,7 @@ import tomllib
 from collections import defaultdict
 from dataclasses import replace
 from functools import partial
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -94,12 +94,15 @@ def main() -> None:
     parser.add_argument("--set", nargs=2, action="append", default=[], metavar=("KEY", "VALUE"))
     given = parser.parse_args()
     more = {key: tomllib.loads(f"value = {value}")["value"] for key, value in given.set}
+    overrides: dict[str, Any]
     scores: dict[tuple[str, str], list[float]] = defaultdict(list)
     for seed in range(given.first, given.first + given.seeds):
         for symmetry in given.symmetries:
             for kind in given.kinds:
-                plugin = "genetic" if kind == "learning" else kind
-                overrides = {"seed": seed, "organism.symmetry": symmetry, "search.plugin": plugin}
+                overrides = {"seed": seed, "organism.symmetry": symmetry}
+                if kind != "age-fitness":
+                    overrides |= {"search.plugin": "genetic", "search.elites": 2}
+                    overrides["selection.plugin"] = "tournament"
                 experiment = load_experiment("creature", {**overrides, **more})
                 if kind == "learning":
                     experiment = replace(experiment, search=Learning())
