@@ -59,7 +59,7 @@ Which = int | Member | Numbered | None
 
 
 CENTRE = "centre"
-"""What stands for the number of the centre of a generation."""
+"""The number of the centre of a generation, as users type it."""
 
 
 def mark_of(which: Which) -> str:

@@ -236,7 +236,7 @@ def centre(experiment: Experiment, state: State) -> Genomes | None:
     with plugin_errors(entry, "returning its centre"):
         found = search_of(experiment).centre(state, space)
     if found is not None and not (np.ndim(found) == 1 and space.contains(found[None])):
-        raise contract_error(entry, "returned a centre that is no genome of the body")
+        raise contract_error(entry, "returned a centre that is not a genome of the body")
     return found
 
 

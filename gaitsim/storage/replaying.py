@@ -27,7 +27,7 @@ from gaitsim.storage.stages import RunStage, begin_again
 
 
 class RecordedRun(Protocol):
-    """What is read of a run; see `RunSnapshot`."""
+    """A run as far as it is read here; see `RunSnapshot`."""
 
     @property
     def path(self) -> Path: ...

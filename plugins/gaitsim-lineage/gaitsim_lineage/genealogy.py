@@ -180,7 +180,7 @@ class Genealogy:
         return living[living >= 0]
 
     def _move_centre(self, genome: NDArray[Any], generation: int) -> None:
-        """Add a centre, whose parent is the one before unless the search begins anew."""
+        """Add a centre, whose parent is the one before, except after a restart."""
         parent = NONE if self._begins else self.centre
         if parent >= 0 and np.array_equal(self.rows.genomes[parent], genome):
             return

@@ -108,7 +108,7 @@ class Step:
 
     @property
     def what(self) -> str:
-        """What changed, the most important first, in a line; '' for the first individual."""
+        """The changes in a line, the most important first; '' for the first individual."""
         if self.lost or self.added:
             parts = [*(f"+ {one}" for one in self.added), *(f"− {one}" for one in self.lost)]
             return ", ".join(parts)
@@ -127,7 +127,7 @@ class Step:
 
     @property
     def why(self) -> str:
-        """Which changes were enough or needed for the gain; '' if they were not tried."""
+        """The changes that were enough or needed for the gain; '' if none was tried."""
         tried, gain = self.tried, self.gain
         if not tried or not gain > 0:
             return ""
