@@ -205,6 +205,11 @@ class GaitFile:
 
     def repeated(self, times: int) -> "GaitFile":
         """Return the gait several times in a row; a last frame like the first is not doubled."""
+        if times * len(self.angles) > MOST_FRAMES:
+            raise GaitsimError(
+                f"{self.path} has {len(self.angles):,} frames, too many to repeat {times:,} times",
+                allowed=f"at most {MOST_FRAMES:,} frames in all",
+            )
         closed = np.allclose(self.angles[0], self.angles[-1], atol=_CLOSED)
         cycle = self.angles[: len(self.angles) - closed]
         angles = np.concatenate([np.tile(cycle, (times, 1)), self.angles[-1:][:closed]])
@@ -366,7 +371,7 @@ def _read_csv(data: bytes) -> Mapping[str, Any]:
         raise ValueError(f"it has {lines:,} lines; at most {MOST_FRAMES:,} frames are allowed")
     if any(len(line) > _LONGEST for line in io.BytesIO(data)):
         raise ValueError(f"it has a line of more than {_LONGEST:,} bytes")
-    return read_table(data.decode("utf-8-sig"), MOST_FRAMES)
+    return read_table(data.decode("utf-8-sig"), MOST_FRAMES, MOST_JOINTS)
 
 
 _READERS = dict(zip(SUFFIXES, (_read_csv, _read_npz, _read_mat), strict=True))

@@ -29,7 +29,7 @@ DELIMITERS = (";", "\t", ",")
 _UNIT = re.compile(r"(?P<name>.+?)(?:\s*[\[(](?P<unit>[^\])]+)[\])]|_(?P<suffix>rad|deg))")
 
 
-def read_table(text: str, most: int) -> dict[str, Any]:
+def read_table(text: str, most: int, joints: int) -> dict[str, Any]:
     """Return the fields of a gait in a table.
 
     The first column is the time, the others are joints. Times are interpolated linearly if they
@@ -39,6 +39,7 @@ def read_table(text: str, most: int) -> dict[str, Any]:
         text: lines with commas, semicolons or tabs between cells; with the latter two, numbers may
             have decimal commas.
         most: largest number of frames.
+        joints: largest number of joints.
 
     Returns:
         `joint_angles` (frames, joints) in rad or m, `joint_names`, `frame_rate`, `stated`: whether
@@ -55,16 +56,18 @@ def read_table(text: str, most: int) -> dict[str, Any]:
         raise ValueError(
             f"its first column is not time_s but {time[:40]!r}; it may be {', '.join(TIMES)}"
         )
+    if len(columns) > joints:
+        raise ValueError(f"it has {len(columns):,} joints; at most {joints:,} are allowed")
     rest = lines.read()
     if delimiter != ",":
         rest = rest.replace(",", ".")
     table = np.loadtxt(io.StringIO(rest), delimiter=delimiter, comments=None, ndmin=2)
-    joints = [_named(name.strip()) for name in columns]
-    angles = table[:, 1:] * np.array([factor or 1.0 for _, factor in joints])
+    named = [_named(name.strip()) for name in columns]
+    angles = table[:, 1:] * np.array([factor or 1.0 for _, factor in named])
     fields = {
         "joint_angles": angles,
-        "joint_names": np.array([name for name, _ in joints]),
-        "stated": np.array([factor is not None for _, factor in joints], np.bool_),
+        "joint_names": np.array([name for name, _ in named]),
+        "stated": np.array([factor is not None for _, factor in named], np.bool_),
     }
     if len(table) < 2 or not np.isfinite(table).all():
         return fields  # refused by the caller, who says why

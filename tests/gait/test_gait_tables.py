@@ -81,6 +81,13 @@ def test_what_is_not_a_gait_is_refused(tmp_path, head, times, says):
         read_gait(written(tmp_path / "a.csv", times, ANGLES, head))
 
 
+def test_a_wide_table_is_refused_before_it_is_interpolated(tmp_path):
+    path = tmp_path / "a.csv"
+    path.write_text(f"time_s{',a' * 2000}\n" + "".join(f"{t}{',0' * 2000}\n" for t in (0, 1, 9e9)))
+    with pytest.raises(GaitsimError, match="at most 1,000 are allowed"):
+        read_gait(path)
+
+
 def test_degrees_are_not_played_as_radians(tmp_path):
     path = written(tmp_path / "a.csv", TIMES, np.degrees(ANGLES))
     with pytest.raises(GaitsimError, match="no joint reaches in radians") as told:
@@ -109,6 +116,8 @@ def test_a_cycle_is_repeated(tmp_path):
     closed = np.array([[0.0], [1], [2], [0]])
     twice = GaitFile(path, closed, 4.0, ("a",)).repeated(2).angles[:, 0].tolist()
     assert twice == [0, 1, 2, 0, 1, 2, 0]
+    with pytest.raises(GaitsimError, match="too many to repeat"):
+        GaitFile(path, closed, 4.0, ("a",)).repeated(10_000)
 
 
 def test_further_columns_are_left_over(tmp_path):
