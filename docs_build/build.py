@@ -51,6 +51,7 @@ API = {
             "gaitsim.api.Run",
             "gaitsim.api.Individual",
             "gaitsim.api.Member",
+            "gaitsim.api.Numbered",
             "gaitsim.gait.GaitAnalysis",
             "gaitsim.storage.verification.Verdict",
             "gaitsim.sharing.challenge.CodeVerdict",

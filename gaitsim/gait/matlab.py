@@ -157,6 +157,8 @@ def _decode(content: memoryview, stored: int, order: str) -> str:
 
 def _rows(characters: NDArray[Any], rows: int, columns: int) -> NDArray[Any]:
     """Return the text in each row of a matrix of characters, column by column."""
+    if rows > _LONGEST:  # of no columns, they take no bytes in the file
+        raise ValueError(f"a text has {rows:,} rows; at most {_LONGEST:,} are allowed")
     lines = characters.reshape(rows, columns, order="F").tolist()
     return np.array(["".join(line).rstrip() for line in lines])
 

@@ -45,6 +45,7 @@ NOT_RUN = {
     r" --root \.\./": "needs the folder of a robot's meshes",
     r"plugins check( --json.*)?$": "takes a minute; tests of gaitsim-testing check all plugins",
     r"--pairs --physics": "takes half a minute; pages have each of the two options alone",
+    r"--from my_gait": "needs a gait of a robot; tests of gaitsim-robot have some",
     r"study millipede-operators": "takes minutes; benchmarks/study.py runs it",
 }
 """Commands that are only parsed, and why."""

@@ -5,7 +5,7 @@ This module imports nothing heavy, as the help of `gaitsim plot` needs it.
 
 from typing import TYPE_CHECKING, ClassVar
 
-from gaitsim.plugin import Plot, Subject
+from gaitsim.plugin import NothingToPlotError, Plot, Subject
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -20,6 +20,10 @@ class _LinePlot(Plot):
     group: ClassVar[str] = "of ancestors"
     input: ClassVar["Input"] = "individual"
     items: ClassVar[str] = "generations"
+
+    def check_among_all(self, subject: Subject) -> None:
+        """Leave the plot out, as tracing a line of ancestors may take long."""
+        raise NothingToPlotError("it repeats the whole search: ask for it by name")
 
     def _lineage(self, subject: Subject, explain: int) -> "Lineage":
         from gaitsim_lineage.lineage import lineage

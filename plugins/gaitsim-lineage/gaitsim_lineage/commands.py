@@ -29,15 +29,15 @@ class ShowLineage(ChosenIndividual):
 
     gaitsim lineage spider-genetic
 
-    gaitsim lineage millipede --generation 40
+    gaitsim lineage millipede --generation 2
 
     gaitsim lineage spider-atlas --member 12
 
     gaitsim lineage creature --all --json
 
-    gaitsim play spider-genetic --generation 12:34
+    gaitsim play spider-genetic --generation 2:3
 
-    gaitsim video spider-genetic --generations 1:5,12:34
+    gaitsim video spider-genetic --generations 1:4,2:3
 
     gaitsim lineage spider-genetic --video ancestors.mp4 --page ancestors.html
 
