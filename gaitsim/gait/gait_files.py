@@ -348,7 +348,7 @@ def _check_fields(path: Path, fields: Mapping[str, Any], unit: str | None) -> Ga
             f"{path} has angles up to {largest:.4g} without a unit, which no joint reaches in "
             "radians",
             allowed="radians, or names of columns with a unit, such as 'L1 knee [deg]'",
-            remedy="add the unit to the names, or give it: --gait-unit deg, or rad",
+            remedy="add the unit to the names, or give it beside --gait: --gait-unit deg, or rad",
         )
     return GaitFile(path, angles, rate, tuple(names.tolist()), tuple(fields.get("notices", ())))
 
