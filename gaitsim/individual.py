@@ -74,6 +74,14 @@ def mark_of(which: Which) -> str:
     return f"@{which}"
 
 
+def parse_mark(text: str) -> int | Numbered:
+    """Return the generation in a text such as '12', or the individual in one such as '12:34'."""
+    generation, _, number = text.partition(":")
+    if not number:
+        return int(generation)
+    return Numbered(int(generation), 0 if number == CENTRE else int(number))
+
+
 Choice = Which | Mapping[str, float]
 """An individual of a run, as chosen by a user: also the best member near values, by axis."""
 

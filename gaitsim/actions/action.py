@@ -13,7 +13,7 @@ from gaitsim.errors import GaitsimError
 
 if TYPE_CHECKING:
     from gaitsim.gait.gait_files import GaitFile
-    from gaitsim.individual import Choice, Individual, Member, Numbered
+    from gaitsim.individual import Choice, Individual, Member
     from gaitsim.storage.snapshot import RunSnapshot
 
 
@@ -156,16 +156,6 @@ def parse_generation(value: Any) -> Any:
     return text
 
 
-def _individual_of(text: str) -> "int | Numbered":
-    """Return the generation in a text such as '12', or the individual in one such as '12:34'."""
-    from gaitsim.individual import CENTRE, Numbered
-
-    generation, _, number = text.partition(":")
-    if number == CENTRE:
-        return Numbered(int(generation), 0)
-    return Numbered(int(generation), int(number)) if number else int(generation)
-
-
 Generations = Annotated[str, BeforeValidator(parse_generations)]
 
 
@@ -192,8 +182,10 @@ class ChosenIndividual(Action):
         Raises:
             GaitsimError: both a generation and a member are chosen, or the member is invalid.
         """
+        from gaitsim.individual import parse_mark
+
         if self.member is None:
-            return None if self.generation is None else _individual_of(self.generation)
+            return None if self.generation is None else parse_mark(self.generation)
         if self.generation is not None:
             raise not_combinable(
                 "--generation", "--member", "one of the two; members belong to the last generation"
@@ -294,12 +286,14 @@ class SeveralIndividuals(OneIndividual):
 
     def choices(self) -> "tuple[Choice, ...]":
         """Return the chosen individuals, in order; () for the champion."""
+        from gaitsim.individual import parse_mark
+
         found = super().choices()
         if found and self.generations:
             option = "--generation" if self.member is None else "--member"
             raise not_combinable(option, "--generations")
         chosen = self.generations.split(",") if self.generations else []
-        return tuple(map(_individual_of, chosen)) or found
+        return tuple(map(parse_mark, chosen)) or found
 
 
 def individual_options(input: Input) -> tuple[str, ...]:

@@ -1,6 +1,6 @@
 """The context of a search: its random streams and operators, which are checked, and its state."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any, ClassVar
@@ -9,12 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gaitsim.contracts import BitSpace, Context, Crossover, Genomes, GenomeSpace, Members, State
-from gaitsim.contracts.search import (
-    BODY_STARTS,
-    NO_STARTS,
-    RANDOM_START,
-    STATE_DTYPES,
-)
+from gaitsim.contracts.search import BODY_STARTS, NO_STARTS, RANDOM_START, STATE_DTYPES
 from gaitsim.evaluation.streams import Purpose, stream
 from gaitsim.experiment import Experiment
 from gaitsim.registry import Entry, contract_error, plugin_errors
@@ -179,7 +174,6 @@ def context(
     populations: tuple[int, ...] = (),
     starts: Genomes = NO_STARTS,
     redrawn: bool = False,
-    record_parents: Callable[..., object] = lambda parents, before_mutation=None: None,
 ) -> CheckedContext:
     """Return the context of a call to the search of an experiment."""
     operators = None
@@ -193,7 +187,6 @@ def context(
         starts=starts,
         populations=populations,
         operators=operators,
-        record_parents=record_parents,
         experiment=experiment,
         redrawn=redrawn,
     )

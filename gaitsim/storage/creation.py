@@ -11,7 +11,7 @@ from gaitsim.evaluation.serialized import prepare
 from gaitsim.evaluation.worlds import in_reality
 from gaitsim.experiment import Experiment, Overrides, with_overrides
 from gaitsim.experiment.loading import parse_experiment
-from gaitsim.individual import CENTRE, Member, Numbered, Which
+from gaitsim.individual import Member, Which, parse_mark
 from gaitsim.opening import read_regular
 from gaitsim.registry import plugin_errors
 from gaitsim.storage.compatibility import check_size
@@ -87,12 +87,10 @@ def find_individual(reference: str) -> Champion:
     if os.path.exists(reference) and not os.path.isdir(reference):  # noqa: PTH110, PTH112
         return read_champion(Path(reference).resolve())  # links named by the user are followed
     if parts := re.fullmatch(
-        r"(.*)(?:@([0-9]{1,9})(?::([0-9]{1,9}|centre))?|#([0-9]{1,9}))", reference, re.DOTALL
+        r"(.*)(?:@([0-9]{1,9}(?::(?:[0-9]{1,9}|centre))?)|#([0-9]{1,9}))", reference, re.DOTALL
     ):
-        run, generation, number, member = parts.groups()
-        which: Which = Member(int(member)) if member else int(generation)
-        if number:
-            which = Numbered(int(generation), 0 if number == CENTRE else int(number))
+        run, place, member = parts.groups()
+        which = Member(int(member)) if member else parse_mark(place)
         try:  # the name of a run may itself end with @ or # and a number
             path = find_run(reference)
         except RunError:

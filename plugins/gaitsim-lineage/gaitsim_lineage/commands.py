@@ -135,6 +135,7 @@ class ShowLineage(ChosenIndividual):
 
 def _print(found: Lineage, *, every: bool) -> None:
     """Print the paragraph, the table, the reasons and what to do next."""
+    from gaitsim.plugin import shortened
     from gaitsim.plugin.commands import output, print_table
     from gaitsim.plugin.pictures import number, visible
     from gaitsim.plugin.runs import command, mark_of
@@ -148,8 +149,7 @@ def _print(found: Lineage, *, every: bool) -> None:
     room = max(console.width - 48, NARROW)
     for index in range(len(steps)) if every else found.records:
         step = steps[index]
-        what = visible(step.what)
-        what = what if len(what) <= room else f"{what[: room - 1]}…"
+        what = shortened(visible(step.what), room)
         place = mark_of(step.place)[1:]
         rows.append([place, number(step.score), signed(step.gain), step.how, what])
     heads = ["individual", "score", "gain", "how", "what changed"]

@@ -397,7 +397,6 @@ def lineage(
         known = bred.parents is not None or bred.centre is not None
         named = named and (known or bred.generation.number == 1)
         best = bred.generation.best
-    assert individual.genome is not None, "individuals of runs have genomes"
     genealogy.prune()
     row = _row(genealogy, individual, best)
     if row is None:

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from gaitsim.plugin import NothingToPlotError
+from gaitsim.plugin import NothingToPlotError, shortened
 from gaitsim.plugin.pictures import (
     WIDTH,
     Theme,
@@ -52,7 +52,7 @@ def lineage_figure(found: Lineage, theme: Theme) -> Figure:
                 weight="bold",
                 ha="center",
             )
-            what = step.what if len(step.what) <= LONGEST else f"{step.what[: LONGEST - 1]}…"
+            what = shortened(step.what, LONGEST)
             labels.append(
                 f"{place}  generation {step.place.generation}, {signed(step.gain)}: {what}"
             )
