@@ -591,7 +591,7 @@ def finished(gaitsim, puppet_file, tmp_path, once):
     return once("puppet", tmp_path / "runs/puppet", lambda: gaitsim("run", puppet_file))
 
 
-def evolved(experiment, path):
+def evolved(experiment, path, keep=lambda generation: None):
     """Evolve an experiment without workers, and return the finished run."""
     from gaitsim.evaluation import evaluate
     from gaitsim.evolution import evolve
@@ -603,6 +603,7 @@ def evolved(experiment, path):
     with RunWriter.open(path) as writer:
         for generation in evolve(experiment, partial(evaluate, experiment)):
             writer.record(generation)
+            keep(generation)
     return RunSnapshot(path)
 
 
@@ -656,6 +657,20 @@ def here(tmp_path, monkeypatch, puppets):
     monkeypatch.setenv("PYTHONPATH", str(PUPPETS), prepend=os.pathsep)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     return tmp_path
+
+
+@pytest.fixture
+def evolved_puppets(puppet, here):
+    """Return a function that evolves puppets in a folder; it returns the run and its generations.
+
+    It receives the folder, relative to the temporary one, and options of the experiment.
+    """
+
+    def record(folder, *options):
+        kept = []
+        return evolved(puppet(*options), here / folder, kept.append), kept
+
+    return record
 
 
 @pytest.fixture

@@ -7,9 +7,8 @@ import pytest
 
 from gaitsim.errors import RunError
 from gaitsim.evaluation import evaluate
-from gaitsim.evolution import evolve
 from gaitsim.individual import Numbered, mark_of
-from gaitsim.storage.creation import create_run, find_individual
+from gaitsim.storage.creation import find_individual
 from gaitsim.storage.files.folder import ALL_SCORES
 from gaitsim.storage.files.scores import pack_block
 from gaitsim.storage.replaying import breed_again
@@ -43,20 +42,9 @@ NAMED |= {"differential evolution", "constraints"}
 
 
 @pytest.fixture
-def recorded(puppet, here):
+def recorded(evolved_puppets):
     """Return a function that evolves puppets; it returns the run and its generations."""
-
-    def record(*options):
-        given = ("evolution.population=8", "evolution.generations=9", *options)
-        path = create_run(puppet(*given), here / "run")
-        kept = []
-        with RunWriter.open(path) as writer:
-            for generation in evolve(writer.experiment, partial(evaluate, writer.experiment)):
-                writer.record(generation)
-                kept.append(generation)
-        return RunSnapshot(path), kept
-
-    return record
+    return partial(evolved_puppets, "run", "evolution.population=8", "evolution.generations=9")
 
 
 @pytest.mark.parametrize("search", SEARCHES)

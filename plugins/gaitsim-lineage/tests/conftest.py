@@ -6,29 +6,13 @@ import numpy as np
 import pytest
 from tui_driver import config, drive, state_folder  # noqa: F401 (fixtures)
 
-from gaitsim.evaluation import evaluate
-from gaitsim.evolution import evolve
-from gaitsim.storage.creation import create_run
-from gaitsim.storage.snapshot import RunSnapshot
-from gaitsim.storage.writer import RunWriter
-
 SIZE = ("evolution.population=12", "evolution.generations=15")
 
 
 @pytest.fixture
-def line_run(puppet, here):
+def line_run(evolved_puppets):
     """Return a function that evolves puppets; it returns the run and its generations."""
-
-    def record(*options):
-        path = create_run(puppet(*SIZE, *options), here / "runs" / "puppet")
-        kept = []
-        with RunWriter.open(path) as writer:
-            for generation in evolve(writer.experiment, partial(evaluate, writer.experiment)):
-                writer.record(generation)
-                kept.append(generation)
-        return RunSnapshot(path), kept
-
-    return record
+    return partial(evolved_puppets, "runs/puppet", *SIZE)
 
 
 @pytest.fixture
